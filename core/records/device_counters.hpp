@@ -33,6 +33,7 @@ struct DeviceCountersOf {
   Cell largest_batch{};
   Cell clock_outliers{};
   Cell clock_anchors{};
+  Cell overruns{};
 
   friend bool operator==(const DeviceCountersOf&,
                          const DeviceCountersOf&) requires std::equality_comparable<Cell>
@@ -76,6 +77,8 @@ inline constexpr auto kDeviceCounterFields = [] {
           &Counters::clock_outliers},
       Row{"device_clock_anchors", "", "number of times that a device's clock jumped",
           &Counters::clock_anchors},
+      Row{"device_overruns", "", "number of times that the buffer of a device's port was full",
+          &Counters::overruns, true},
   };
 }();
 

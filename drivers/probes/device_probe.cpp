@@ -221,6 +221,7 @@ bool DeviceProbe::exchange(Time until) {
   const Time end = wake ? std::min(until, *wake) : until;
   const auto count = transport_->read(buffer_, std::max(end - now(), Time{0}));
   const Time arrival = now();
+  follow_restarts(arrival);
   if (!count) return false;
   if (*count > 0) {
     const auto bytes = std::span<const std::uint8_t>(buffer_).first(*count);
@@ -241,6 +242,19 @@ bool DeviceProbe::exchange(Time until) {
     stream_.rejected = port.newest_rejected;
   }
   return send();
+}
+
+/// A port whose buffer was full has lost data and begins anew.
+void DeviceProbe::follow_restarts(Time time) {
+  const std::uint64_t restarts = transport_->info().restarts;
+  if (restarts == counts_.overruns) return;
+  counts_.overruns = restarts;
+  overran_ = true;
+  protocol_->begin(time, stream_);
+  log_.opened(time);
+  notice(name_ +
+         " has lost readings: its buffer was full, because this machine did not read it in time; "
+         "it is started anew");
 }
 
 std::string DeviceProbe::expected() const {
@@ -356,6 +370,14 @@ void DeviceProbe::take_readings() {
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
   for (const std::string& sentence : times_.take_notices()) notice(name_ + ": " + sentence);
+  const auto period = protocol_->period();
+  if (overran_ && period && !readings.empty()) {
+    const std::int64_t missed = (times.front() - last_time_ - *period / 2) / *period;
+    readings.front().lost +=
+        static_cast<std::uint32_t>(std::clamp<std::int64_t>(missed, 0, 1U << 31U));
+    stream_.counts.lost += readings.front().lost;
+    overran_ = false;
+  }
   for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
 
   const Time time = now();

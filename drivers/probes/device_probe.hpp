@@ -83,6 +83,7 @@ class DeviceProbe final : public Probe {
   void disconnected(Time now);
   bool connect_again(Time until);
   void discard_old_input();
+  void follow_restarts(Time now);
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
   void clear_ready();
@@ -113,6 +114,7 @@ class DeviceProbe final : public Probe {
   std::string opened_serial_number_;  ///< as reported by the protocol
   std::uint32_t opened_channels_ = 0;
   bool wrong_device_reported_ = false;
+  bool overran_ = false;  ///< the readings lost by that are not counted yet
   bool started_ = false;
   std::atomic<bool> connected_{true};
   Time lost_since_{0};

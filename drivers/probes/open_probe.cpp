@@ -114,6 +114,15 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri, device);
   if (uri->scheme == "hid") return open_hid_device(*uri, device);
   if (uri->scheme == "usb") return open_usb_device(*uri, device);
+  if (uri->scheme == "comedi") {
+#ifdef MERKEL_WITH_COMEDI
+    return open_comedi_device(*uri, device);
+#else
+    return bad_input("\"" + uri->text +
+                     "\": this merkel was built without comedilib: install libcomedi-dev, then "
+                     "configure and build merkel again");
+#endif
+  }
   if (uri->scheme == "redis") {
 #ifdef MERKEL_WITH_HIREDIS
     return open_redis_device(*uri, device);
@@ -135,7 +144,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
       "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
       "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME, "
-      "redis:HOST:PORT?stream=NAME and fused:URI|URI");
+      "comedi:/dev/comedi0?columns=force_V, redis:HOST:PORT?stream=NAME and fused:URI|URI");
 }
 
 }  // namespace

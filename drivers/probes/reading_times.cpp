@@ -70,7 +70,7 @@ void ReadingTimes::restart() noexcept {
 
 void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times) {
   for (const DeviceReading& reading : readings) {
-    if (!reading.device_time) continue;
+    if (!reading.device_time || rule_ == Rule::kBuffered) continue;
     rates_.observe(clock_.unwrapped(*reading.device_time, reading.arrival), reading.arrival);
   }
   note_rates();
@@ -150,6 +150,10 @@ ReadingTimes::Checked ReadingTimes::check_host_time(const DeviceReading& reading
 ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
   if (!reading.device_time) return {.arrival = reading.arrival, .good = false};
   if (rule_ == Rule::kHost) return check_host_time(reading);
+  if (rule_ == Rule::kBuffered) {
+    return {.device = clock_.observe(*reading.device_time, reading.arrival),
+            .arrival = reading.arrival};
+  }
   const Time device = clock_.unwrapped(*reading.device_time, reading.arrival);
   auto estimate = clock_.estimate(device);
   if (rule_ == Rule::kDevice && start_) estimate = start_->second + (device - start_->first);

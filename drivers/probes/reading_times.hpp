@@ -28,8 +28,10 @@ class ReadingTimes {
  public:
   /// Source of the times: the device's clock mapped to the host's; the device's clock unmapped,
   /// from the first reading on; the arrival; or the device's times as they are, because they are on
-  /// the host's clock already (they are mapped if the arrivals show that they are not).
-  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost };
+  /// the host's clock already (they are mapped if the arrivals show that they are not); or the
+  /// device's clock mapped without a check by the arrivals, because a late reader finds every
+  /// reading in the device's buffer.
+  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost, kBuffered };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
 

@@ -176,6 +176,20 @@ void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
   }
 }
 
+std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns) {
+  std::vector<ChannelName> names;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const CsvColumn& column = columns[i];
+    if (column.kind != CsvColumn::Kind::kValue) continue;
+    names.push_back({.name = column.name,
+                     .channel = column.channel,
+                     .column = i + 1,
+                     .force = column.force,
+                     .pressure = column.pressure});
+  }
+  return names;
+}
+
 std::vector<std::string> csv_columns_of_header(std::string_view line, char separator,
                                                const UnitFactors& factors) {
   std::vector<CsvField> headings;

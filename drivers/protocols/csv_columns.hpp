@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/protocols/device_reading.hpp"
+#include "drivers/protocols/protocol.hpp"
 #include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
@@ -42,6 +42,9 @@ struct CsvColumn {
 
 /// Numbers the channels with names of their own in the order of their columns.
 void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
+
+/// The channels that columns are.
+[[nodiscard]] std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns);
 
 /// Parses the names of all columns. Fails if none is a force or a length, or if two are the same.
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(

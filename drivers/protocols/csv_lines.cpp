@@ -69,17 +69,7 @@ class CsvLines final : public LineProtocol {
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return measures_; }
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {
-    std::vector<ChannelName> names;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const CsvColumn& column = columns_[i];
-      if (column.kind != CsvColumn::Kind::kValue) continue;
-      names.push_back({.name = column.name,
-                       .channel = column.channel,
-                       .column = i + 1,
-                       .force = column.force,
-                       .pressure = column.pressure});
-    }
-    return names;
+    return names_of_columns(columns_);
   }
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;

@@ -1,9 +1,9 @@
-# The sinks that need a library: built if it is found, else the sink reports what to install.
+# The sinks and probes that need a library: built if it is found, else they report what to install.
 
 # merkel_optional_sink(HDF5 "libraries" "include folders" sources…)
 function(merkel_optional_sink name libraries includes)
   if("${libraries}${includes}" MATCHES "NOTFOUND")
-    message(STATUS "Without ${name}: its sink is not built")
+    message(STATUS "Without ${name}: its sinks and probes are not built")
     return()
   endif()
   target_sources(merkel_drivers PRIVATE ${ARGN})
@@ -21,6 +21,11 @@ find_path(MERKEL_HIREDIS_INCLUDE hiredis/hiredis.h)
 find_library(MERKEL_HIREDIS_LIBRARY hiredis)
 merkel_optional_sink(HIREDIS "${MERKEL_HIREDIS_LIBRARY}" "${MERKEL_HIREDIS_INCLUDE}"
   probes/open_redis_device.cpp redis_connection.cpp sinks/redis_sink.cpp transports/redis_port.cpp)
+
+find_path(MERKEL_COMEDI_INCLUDE comedilib.h)
+find_library(MERKEL_COMEDI_LIBRARY comedi)
+merkel_optional_sink(COMEDI "${MERKEL_COMEDI_LIBRARY}" "${MERKEL_COMEDI_INCLUDE}"
+  probes/open_comedi_device.cpp transports/comedi_port.cpp)
 
 find_path(MERKEL_LIBLO_INCLUDE lo/lo.h)
 find_library(MERKEL_LIBLO_LIBRARY lo)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes everything that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, entries of Redis, sessions, traces, files of spikes and commands, calibrations, scenes,
+# of the protocol table, scans of cards, entries of Redis, sessions, traces, files of spikes and commands, calibrations, scenes,
 # recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
 # At least BYTES random bytes go through each target (default: ten million), or through the named ones, unless
@@ -62,6 +62,7 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
 done
 fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
 fuzz hbf1_frames 2048 "" hbf1_frames_fuzz.cpp "${protocols[@]}"
+fuzz analog_scans 4096 "" analog_scans_fuzz.cpp "${protocols[@]}"
 fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \

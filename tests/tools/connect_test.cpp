@@ -53,6 +53,17 @@ TEST_P(ConnectTo, WritesASceneThatRuns) {
 INSTANTIATE_TEST_SUITE_P(Devices, ConnectTo, testing::Values("hbf1", "mark10", "grbl", "zaber"),
                          [](const auto& entry) { return std::string(entry.param); });
 
+TEST(Connect, ACardThatIsNotThereIsNamed) {
+  const TemporaryFolder folder;
+  const auto connected =
+      run_program({"connect", "comedi:/dev/comedi_none", "--out", folder.path("s.toml")});
+  const bool built = connected.err.find("libcomedi-dev") == std::string::npos;
+  EXPECT_EQ(connected.exit_code, built ? 3 : 2) << connected.err;
+  EXPECT_TRUE(!built ||
+              connected.err.find("there is no device /dev/comedi_none") != std::string::npos)
+      << connected.err;
+}
+
 TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
   for (const auto& [line, columns, baud] :
        {std::tuple("Force: 0.300 N", "columns=force_N", 115200),

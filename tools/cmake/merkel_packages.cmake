@@ -53,7 +53,7 @@ systemd unit.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 
 set(libraries "libexpected-dev, libhwy-dev, libpugixml-dev")
-string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, libhiredis-dev, liblo-dev, libhdf5-dev")
+string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, libhiredis-dev, liblo-dev, libhdf5-dev, libcomedi-dev")
 merkel_package(development
   NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"
   DESCRIPTION "Static libraries, headers and a CMake package: the model, the

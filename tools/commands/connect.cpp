@@ -31,6 +31,9 @@
 namespace merkel {
 namespace {
 
+/// How a card is read whose channels have no names yet.
+constexpr std::string_view kGuessedCard = "columns=force_V&force_N_per_V=1";
+
 struct ConnectOptions {
   std::string target;
   std::string out = "connected.toml";
@@ -242,6 +245,11 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     if (guess.empty() || uri.find(guess) == std::string::npos) continue;
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
   }
+  if (uri.ends_with(kGuessedCard)) {
+    list.emplace_back(
+        "what the card measures: channel 0 is taken as a force of 1 N per V; set channels, columns and "
+        "force_N_per_V, and position_mm_per_V for a position");
+  }
   for (const FoundChannel& channel : measured.channels) {
     if (measured.is_array() || !channel.is_force() || channel.noise) continue;
     list.push_back("the key contact_N, above the noise: " + channel.name +
@@ -303,8 +311,13 @@ int connect(const ConnectOptions& options) {
   if (!address) return refuse(address.error());
   Expected<std::string, SetupError> uri = *address;
   if (address->find("protocol=") == std::string::npos && !address->starts_with("fused:") &&
-      !address->starts_with("hid:") && !address->starts_with("lsl:")) {
+      !address->starts_with("hid:") && !address->starts_with("lsl:") &&
+      !address->starts_with("comedi:")) {
     uri = recognised(*address, options);
+  }
+  if (address->starts_with("comedi:") && address->find("columns=") == std::string::npos) {
+    uri = *address + (address->find('?') == std::string::npos ? "?" : "&") +
+          std::string(kGuessedCard);
   }
   if (!uri) return refuse(uri.error());
   const auto measured = measure(*uri, options.allow_remote);
@@ -352,9 +365,10 @@ void add_connect_command(CommandLine& program) {
                   "and units, measures its rate, jitter and clock, lists what is missing, and "
                   "writes a scene file that merkel run accepts as it is.",
                   "connect /dev/ttyUSB0 --out gauge.toml")
-      .option("target", options->target,
-              "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; "
-              "default: the first serial device")
+      .option(
+          "target", options->target,
+          "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT, comedi:/dev/comedi0) or whole probe URI; "
+          "default: the first serial device")
       .option("--out", options->out, "Scene file to write; default connected.toml")
       .option("--wait-s", options->wait_s, "How long to wait for a device or for PORT, s",
               {0, 86'400})

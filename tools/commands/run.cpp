@@ -218,12 +218,13 @@ void add_run_command(CommandLine& program) {
           "sphere of 2 mm radius on a fingertip). Default probe: a 1.5 mm ramp-and-hold.",
           "run --fast --probe 'sim:taps?count=6' --sink csv:spikes.csv")
       .option("scene", options->scene, "Scene file (TOML), or a preset: " + joined(preset_names()))
-      .list("--probe", options->probes,
-            "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
-            "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
-            "tcp:HOST:PORT?protocol=NAME, lsl:NAME, redis:HOST:PORT?stream=NAME, fused:URI|URI. "
-            "#CHANNEL at its end, for example "
-            "#thumb_N, chooses a channel of a device with several, which is opened once")
+      .list(
+          "--probe", options->probes,
+          "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
+          "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
+          "tcp:HOST:PORT?protocol=NAME, lsl:NAME, comedi:/dev/comedi0?columns=force_V, redis:HOST:PORT?stream=NAME, fused:URI|URI. "
+          "#CHANNEL at its end, for example "
+          "#thumb_N, chooses a channel of a device with several, which is opened once")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,

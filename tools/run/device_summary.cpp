@@ -24,6 +24,10 @@ std::string device_text(const DeviceCounts& device) {
   if (device.reordered > 0) {
     text += fmt::format("  {} frames older than the newest one dropped\n", device.reordered);
   }
+  if (device.overruns > 0) {
+    text += fmt::format("  its buffer was full {}: the readings lost are counted by their times\n",
+                        counted(device.overruns, "time"));
+  }
   if (device.distrusted > 0) {
     text += fmt::format(
         "  most of its data was damaged {} times: {} readings not used, the press released\n",
