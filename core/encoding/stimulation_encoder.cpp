@@ -17,6 +17,8 @@ using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 using State = TickRecord::State;
 
+/// The onset of a press lasts 20 ms in the afferents of the presets.
+constexpr nanoseconds kSettling{50'000'000};
 /// Smaller drives count as off, because an exponential window never decays to 0.
 constexpr double kLeastDrive = 0.01;
 
@@ -125,6 +127,7 @@ StimulationEncoder::StimulationEncoder(const EncodingParameters& parameters,
       depths_(parameters.electrodes.size(), DepthHistory(model.tick)),
       force_N_(parameters.electrodes.size()),
       stop_of_patch_(model.patches.size()),
+      settled_(model.patches.size()),
       commands_(parameters.electrodes.size() + most_pulses(parameters, model, activity_)) {}
 
 void StimulationEncoder::reset() noexcept {
@@ -143,6 +146,7 @@ std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) n
   if (first) {
     limiter_.reset(end - tick_);
     next_update_ = end;
+    find_presses(tick);
   }
   const bool stopped = find_stops(tick);
   if (stopped) ++stops_;
@@ -195,12 +199,21 @@ bool StimulationEncoder::find_stops(const Tick& tick) noexcept {
   return started;
 }
 
+/// Of the first tick.
+void StimulationEncoder::find_presses(const Tick& tick) noexcept {
+  const nanoseconds begin = tick.records.front().time - tick_;
+  std::fill(settled_.begin(), settled_.end(), nanoseconds::min());
+  for (std::size_t i = 0; i < tick.presses.size(); ++i) {
+    if (tick.presses[i].touching()) settled_[patch_of_probe_[i]] = begin + kSettling;
+  }
+}
+
 /// \param first  what came before is unknown: a press that begins there is no onset
 void StimulationEncoder::advance_histories(const Tick& tick, bool first) noexcept {
   for (std::size_t e = 0; e < depths_.size(); ++e) {
     const Electrode& electrode = parameters_.electrodes[e];
     const bool stopped = stop_of_patch_[electrode.patch] != Stop::kNone;
-    if (stopped) activity_.reset(e);
+    if (stopped || tick.records.front().time <= settled_[electrode.patch]) activity_.reset(e);
     if (counts_spikes(electrode.encoder)) continue;
     const FieldContact touch = contact(electrode, tick.presses);
     force_N_[e] = units::N_from_mN(touch.force_mN);
@@ -232,7 +245,7 @@ std::size_t StimulationEncoder::collect_pulses(const Tick& tick) noexcept {
   // Always sufficient: see EncodedModel::most_spikes.
   const std::size_t room = commands_.size() - parameters_.electrodes.size();
   for (const SpikeEvent& spike : tick.spikes) {
-    if (stop_of_patch_[spike.patch] != Stop::kNone) continue;
+    if (stop_of_patch_[spike.patch] != Stop::kNone || spike.time <= settled_[spike.patch]) continue;
     for (const FieldActivity::Membership& membership : activity_.memberships(spike)) {
       const Electrode& electrode = parameters_.electrodes[membership.electrode];
       if (electrode.encoder != EncoderKind::kPulsePerSpike || pulses == room) continue;

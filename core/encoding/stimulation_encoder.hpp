@@ -85,6 +85,7 @@ class StimulationEncoder {
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
   bool find_stops(const Tick& tick) noexcept;
+  void find_presses(const Tick& tick) noexcept;
   void advance_histories(const Tick& tick, bool first) noexcept;
   [[nodiscard]] std::size_t collect_pulses(const Tick& tick) noexcept;
   void update(std::span<StimulationCommand> commands) noexcept;
@@ -100,6 +101,9 @@ class StimulationEncoder {
   std::vector<DepthHistory> depths_;  ///< by electrode
   std::vector<double> force_N_;       ///< by electrode
   std::vector<Stop> stop_of_patch_;
+  /// By patch: a run that starts in the middle of a press has an onset that was none. Spikes before
+  /// this time do not count.
+  std::vector<std::chrono::nanoseconds> settled_;
   std::vector<StimulationCommand> commands_;
   std::optional<std::chrono::nanoseconds> last_end_;  ///< of the last tick
   std::chrono::nanoseconds next_update_{0};

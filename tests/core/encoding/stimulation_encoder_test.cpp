@@ -258,6 +258,32 @@ TEST(StimulationEncoder, ARunThatStartsInTheMiddleOfAGraspCommandsNoOnset) {
   EXPECT_GT(largest_uA, 1.1 * amplitudes_uA.back());
 }
 
+TEST(StimulationEncoder, TheSpikesOfAGraspThatWasThereBeforeTheRunAreNoOnset) {
+  for (const EncoderKind kind :
+       {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kPulsePerSpike}) {
+    for (const bool pressed : {true, false}) {
+      auto encoder = *StimulationEncoder::create(
+          encoding_of({electrode_at("E1", kind, 15.0, 10.0, 3.0)}), grid_model());
+      TickFeed feed(encoder, kTick, milliseconds{1000});
+      if (pressed) {
+        feed.press = {
+            .contact = {.depth_mm = 1.0, .contact_radius_mm = 1.0}, .x_mm = 15.0, .y_mm = 10.0};
+      }
+      double early_uA = 0.0;
+      double late_uA = 0.0;
+      for (int k = 0; k < 100; ++k) {
+        for (std::uint32_t neuron = 1; neuron <= 600; ++neuron) feed.spike(nanoseconds{1}, neuron);
+        for (const auto& command : feed.step()) {
+          double& largest_uA = k < 50 ? early_uA : late_uA;
+          largest_uA = std::max(largest_uA, command.amplitude_uA);
+        }
+      }
+      EXPECT_EQ(early_uA > 0.0, !pressed);
+      EXPECT_GT(late_uA, 0.0);
+    }
+  }
+}
+
 TEST(StimulationEncoder, ClearsItsHistoryAtAFault) {
   for (const EncoderKind kind :
        {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kOkorokova}) {
