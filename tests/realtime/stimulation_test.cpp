@@ -268,7 +268,7 @@ TEST(Stimulation, ADoubtedProbeSuspendsItsElectrodesAndTheyRiseFromZeroAfterward
     if (k >= 500 && k < 600) samples.back().set_doubts(ProbeSample::kOutsideCalibration);
   }
   const auto outcome = run(parameters, samples);
-  EXPECT_EQ(outcome.report.stimulation_stops, 2U);  // and the end of the recording
+  EXPECT_EQ(outcome.report.stimulation_stops, 1U);
   std::optional<nanoseconds> resumed;
   for (const StimulationCommand& command : outcome.received.commands) {
     // Interpolation towards a doubted sample rests on it.
@@ -440,11 +440,12 @@ class AwaySink final : public Sink {
   }
   Expected<void, SinkError> write(const RecordBatch& batch) override {
     for (const SentCommand& sent : batch.sent) {
-      if (away_ > 0 && sent.command.amplitude_uA > 0.0) --away_;
       is_away_ = is_away_ || (away_ > 0 && sent.command.amplitude_uA > 0.0);
       if (!is_away_) received_.push_back(sent);
-      if (++seen_ > 30) is_away_ = false;
+      if (is_away_) --away_;
     }
+    was_away_ = was_away_ || is_away_;
+    is_away_ = is_away_ && away_ > 0;
     return {};
   }
   [[nodiscard]] bool interrupted() override { return std::exchange(was_away_, is_away_); }
@@ -454,7 +455,6 @@ class AwaySink final : public Sink {
  private:
   std::vector<SentCommand>& received_;
   int away_;
-  int seen_ = 0;
   bool is_away_ = false;
   bool was_away_ = false;
   std::string uri_ = "away:";
@@ -486,13 +486,13 @@ TEST(Stimulation, AllReceiversGetTheSameAndTheRecordHasWhatLeftAndWhatASinkRefus
   TactileModel model = *TactileModel::create({});
   auto encoder = *StimulationEncoder::create(encoding_of({electrode}), encoded_model(model));
   Pipeline pipeline(
-      model, {.delay = milliseconds{20}, .duration = milliseconds{1500}, .encoder = &encoder});
+      model, {.delay = milliseconds{20}, .duration = milliseconds{2000}, .encoder = &encoder});
   pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
   std::vector<SentCommand> one;
   std::vector<SentCommand> away;
   std::vector<SentCommand> journal;
   pipeline.add_sink(std::make_unique<AwaySink>(one, 0));
-  pipeline.add_sink(std::make_unique<AwaySink>(away, 1000));
+  pipeline.add_sink(std::make_unique<AwaySink>(away, 5));
   pipeline.add_sink(std::make_unique<JournalSink>(journal));
   const auto report = pipeline.run();
   ASSERT_TRUE(report) << report.error().sentence;
@@ -502,7 +502,7 @@ TEST(Stimulation, AllReceiversGetTheSameAndTheRecordHasWhatLeftAndWhatASinkRefus
   // A sink that a busy machine delays has an off of its own.
   const auto late = std::count_if(refused.begin(), refused.end(),
                                   [](const SentCommand& each) { return each.refused_by == 1; });
-  ASSERT_GT(left.size(), 50U);
+  ASSERT_GT(left.size(), 15U);
   EXPECT_TRUE(late > 0 || one == left);
   std::map<std::uint32_t, SentCommand> sent;
   for (const SentCommand& each : left) sent[each.command.heartbeat] = each;
@@ -517,7 +517,7 @@ TEST(Stimulation, AllReceiversGetTheSameAndTheRecordHasWhatLeftAndWhatASinkRefus
   EXPECT_EQ(report->commands_refused, refused.size());
   EXPECT_GT(std::count_if(refused.begin(), refused.end(),
                           [](const SentCommand& each) { return each.refused_by == 2; }),
-            20);
+            3);
   // After it was away, an off came first.
   const auto off = std::find_if(away.begin(), away.end(), [](const SentCommand& each) {
     return each.command.stop == Stop::kSinkFailure;
