@@ -1,5 +1,5 @@
-% Reads an XDF file with load_xdf.m, EEGLAB's importer (https://github.com/xdf-modules/xdf-Matlab), unmodified, in GNU Octave.
-% octave eeglab_reader.m FOLDER_OF_LOAD_XDF FILE OUT: a line for each stream, its times in OUT/K.times, its values in OUT/K.values.
+% Reads an XDF file with an unmodified load_xdf.m, EEGLAB's (https://github.com/xdf-modules/xdf-Matlab) or FieldTrip's, in GNU Octave.
+% octave matlab_reader.m FOLDER_OF_LOAD_XDF FILE OUT: a line for each stream, its times in OUT/K.times, its values in OUT/K.values.
 % Octave lacks what load_xdf.m takes from Java and from newer MATLABs; replacements are below.
 1;
 
