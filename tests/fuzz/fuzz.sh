@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes everything that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, scans of cards, entries of Redis, sessions, traces, files of spikes and commands, calibrations, scenes,
+# of the protocol table, scans of cards, entries of Redis, sessions, traces, files of spikes, pulses and commands, calibrations, scenes,
 # recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
 # At least BYTES random bytes go through each target (default: ten million), or through the named ones, unless
@@ -67,12 +67,12 @@ fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/tran
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
-fuzz phy_spikes 4096 -lpugixml phy_spikes_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
-  drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
+fuzz pulse_file 2048 -lpugixml pulse_file_fuzz.cpp "${words[@]}" drivers/files/{line_reader,npy_file,output_file,input_file,file_rename}.cpp \
+  drivers/spike_files/pulse_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
 fuzz stimulation_file 2048 -lpugixml stimulation_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/stimulation_file.cpp "${sessions[@]}"
-fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
-  drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
+fuzz nwb_spikes 2048 -lhdf5_serial nwb_spikes_fuzz.cpp \
+  drivers/spike_files/nwb_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${protocols[@]}"
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
 fuzz calibration 1024 "" calibration_fuzz.cpp "${protocols[@]}" \

@@ -1,4 +1,4 @@
-// Files of spikes in HDF5 (SONATA, NWB) whose objects have any type, shape and content. The bytes
+// NWB files whose objects have any type, shape and content. The bytes
 // select the objects; the HDF5 library writes them, because arbitrary bytes would test the library.
 // Built and run by fuzz.sh with libFuzzer.
 
@@ -56,23 +56,8 @@ class AnyFile {
         return dataset(path);
     }
   }
-  void attribute(const char* path, const char* name) {
-    if (!bytes_.ConsumeBool()) return;
-    const hid_t kind = type();
-    const hid_t shape = space(false);
-    const hid_t made =
-        H5Acreate_by_name(file_, path, name, kind, shape, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    if (made >= 0) {
-      fill(kind, shape, [&](const void* values) { H5Awrite(made, kind, values); });
-      H5Aclose(made);
-    }
-    H5Sclose(shape);
-    H5Tclose(kind);
-  }
-
-  static constexpr const char* kPaths[] = {
-      "/units",  "/units/spike_times", "/units/spike_times_index", "/general/notes",
-      "/spikes", "/spikes/p",          "/spikes/p/timestamps",     "/spikes/p/node_ids"};
+  static constexpr const char* kPaths[] = {"/units", "/units/spike_times",
+                                           "/units/spike_times_index", "/general/notes"};
 
  private:
   static void close_group(hid_t group) {
@@ -161,11 +146,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     AnyFile made(path, bytes);
     for (const char* const object : AnyFile::kPaths) made.object(object);
-    for (const char* const name : {"time_offset_ns", "start_device_ns"}) {
-      made.attribute("/spikes/p", name);
-    }
   }
-  const auto file = read_hdf5_spikes(path);
+  const auto file = read_nwb_spikes(path);
   if (!file) {
     if (file.error().sentence.empty()) std::abort();
     return 0;

@@ -1,10 +1,8 @@
-#include <array>
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,49 +62,24 @@ Expected<std::vector<Value>, std::string> numbers(hid_t file, const std::string&
   return values;
 }
 
-/// A single text of variable length. `read` stores it through the given pointer.
-template <class Read>
-std::optional<std::string> text_of(hid_t own_type, hid_t space, const Read& read) {
-  if (H5Tis_variable_str(own_type) <= 0 || H5Sget_simple_extent_npoints(space) != 1) {
+/// A single text of variable length.
+std::optional<std::string> text_at(hid_t file, const std::string& path) {
+  if (!has_object(file, path)) return std::nullopt;
+  const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const Hdf5Handle own_type(H5Dget_type(dataset.id()), H5Tclose);
+  const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
+  if (H5Tis_variable_str(own_type.id()) <= 0 || H5Sget_simple_extent_npoints(space.id()) != 1) {
     return std::nullopt;
   }
   const Hdf5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type.id(), H5T_VARIABLE);
-  H5Tset_cset(type.id(), H5Tget_cset(own_type));
+  H5Tset_cset(type.id(), H5Tget_cset(own_type.id()));
   char* text = nullptr;
-  if (read(type.id(), &text) < 0 || text == nullptr) return std::nullopt;
+  const bool read = H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &text) >= 0;
+  if (!read || text == nullptr) return std::nullopt;
   std::string copy = text;
   H5free_memory(text);
   return copy;
-}
-
-std::optional<std::string> attribute(hid_t file, const std::string& path, const char* name) {
-  if (H5Aexists_by_name(file, path.c_str(), name, H5P_DEFAULT) <= 0) return std::nullopt;
-  const Hdf5Handle attribute(H5Aopen_by_name(file, path.c_str(), name, H5P_DEFAULT, H5P_DEFAULT),
-                             H5Aclose);
-  const Hdf5Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Hdf5Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  return text_of(type.id(), space.id(),
-                 [&](hid_t memory, char** text) { return H5Aread(attribute.id(), memory, text); });
-}
-
-std::optional<std::string> dataset_text(hid_t file, const std::string& path) {
-  if (!has_object(file, path)) return std::nullopt;
-  const Hdf5Handle dataset(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose);
-  const Hdf5Handle type(H5Dget_type(dataset.id()), H5Tclose);
-  const Hdf5Handle space(H5Dget_space(dataset.id()), H5Sclose);
-  return text_of(type.id(), space.id(), [&](hid_t memory, char** text) {
-    return H5Dread(dataset.id(), memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, text);
-  });
-}
-
-/// The name of the first group below another.
-std::optional<std::string> first_member(hid_t file, const std::string& path) {
-  std::array<char, 256> name{};
-  const ssize_t length = H5Lget_name_by_idx(file, path.c_str(), H5_INDEX_NAME, H5_ITER_INC, 0,
-                                            name.data(), name.size(), H5P_DEFAULT);
-  if (length <= 0 || static_cast<std::size_t>(length) >= name.size()) return std::nullopt;
-  return std::string(name.data());
 }
 
 /// Adds a spike. False if its time or number is impossible.
@@ -122,39 +95,14 @@ Unexpected<std::string> impossible(std::uint64_t spike) {
                                  " has an impossible time or number of its neuron");
 }
 
-/// Reads the first population; nodes count from 0. Fails with what is wrong.
-Expected<void, std::string> read_sonata(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
-  file.format = "SONATA";
-  const auto population =
-      has_object(hdf5, "/spikes") ? first_member(hdf5, "/spikes") : std::optional<std::string>();
-  if (!population) return Unexpected<std::string>("it has neither /spikes nor /units");
-  const std::string group = "/spikes/" + *population;
-  const auto times_ms = numbers<double>(hdf5, group + "/timestamps", H5T_NATIVE_DOUBLE);
-  if (!times_ms) return Unexpected<std::string>(times_ms.error());
-  const auto nodes = numbers<std::uint64_t>(hdf5, group + "/node_ids", H5T_NATIVE_UINT64);
-  if (!nodes) return Unexpected<std::string>(nodes.error());
-  if (times_ms->size() != nodes->size()) {
-    return Unexpected<std::string>(group + " has " + std::to_string(times_ms->size()) +
-                                   " timestamps, but " + std::to_string(nodes->size()) +
-                                   " node_ids");
-  }
-  for (const char* const name : RecordedZero::kNames) {
-    if (const auto value = attribute(hdf5, group, name)) zero.take(name, *value);
-  }
-  for (std::size_t i = 0; i < nodes->size(); ++i) {
-    if (!add(file, (*times_ms)[i] * 1e6, (*nodes)[i] + 1)) return impossible(i);
-  }
-  return {};
-}
-
 /// Reads the units, which count from 0. Fails with what is wrong.
 Expected<void, std::string> read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& zero) {
-  file.format = "NWB";
+  if (!has_object(hdf5, "/units")) return Unexpected<std::string>("it has no /units");
   const auto times_s = numbers<double>(hdf5, "/units/spike_times", H5T_NATIVE_DOUBLE);
   if (!times_s) return Unexpected<std::string>(times_s.error());
   const auto ends = numbers<std::uint64_t>(hdf5, "/units/spike_times_index", H5T_NATIVE_UINT64);
   if (!ends) return Unexpected<std::string>(ends.error());
-  zero.take_all(dataset_text(hdf5, "/general/notes").value_or(""));
+  zero.take_all(text_at(hdf5, "/general/notes").value_or(""));
   std::uint64_t i = 0;
   for (std::size_t unit = 0; unit < ends->size(); ++unit) {
     if ((*ends)[unit] < i || (*ends)[unit] > times_s->size()) {
@@ -169,19 +117,16 @@ Expected<void, std::string> read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& 
 
 }  // namespace
 
-Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path) {
+Expected<SpikeFile, SetupError> read_nwb_spikes(const std::string& path) {
   const std::lock_guard lock(hdf5_mutex());
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are printed by the caller
   const Hdf5Handle hdf5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!hdf5.valid()) return bad_input("cannot read " + path + ": HDF5 refused");
   ReadFiles::note(path);
-  SpikeFile file;
+  SpikeFile file{.format = "NWB", .spikes = {}};
   RecordedZero zero;
-  const auto read = has_object(hdf5.id(), "/units") ? read_nwb(hdf5.id(), file, zero)
-                                                    : read_sonata(hdf5.id(), file, zero);
-  if (!read) {
-    return bad_input(path + " has no spikes of SONATA (/spikes) or NWB (/units), or is damaged: " +
-                     read.error());
+  if (const auto read = read_nwb(hdf5.id(), file, zero); !read) {
+    return bad_input(path + " has no spikes of NWB (/units), or is damaged: " + read.error());
   }
   file.from_start = zero.apply(file.spikes);
   return file;
