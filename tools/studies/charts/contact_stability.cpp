@@ -174,8 +174,8 @@ Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolde
       "wide, of two cones against a cold start.\n\n| case | setting | iterations | converged | force error |\n|---|---|---|---|---|\n",
       kPressed_mm);
   for (const Trial& row : rows) {
-    table->row("\"" + row.what + "\"", {row.setting, static_cast<double>(row.iterations),
-                                        row.converged ? 1.0 : 0.0, row.error});
+    table->row({row.what}, {row.setting, static_cast<double>(row.iterations),
+                            row.converged ? 1.0 : 0.0, row.error});
     text += fmt::format("| {} | {} | {} | {} | {:+.2f} % |\n", row.what, row.setting,
                         row.iterations, row.converged ? "yes" : "no", 100.0 * row.error);
   }

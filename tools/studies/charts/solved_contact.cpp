@@ -171,7 +171,7 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                               warm = solver.press(depth_mm, kAccuracy);
                             }).median_s;
       const double error = cold.force_mN / each.force_mN - 1.0;
-      table->row(each.name,
+      table->row({each.name},
                  {static_cast<double>(across), error, energy, static_cast<double>(cold.iterations),
                   1e3 * cold_s, static_cast<double>(warm.iterations), 1e3 * warm_s});
       text += fmt::format("| {} | {}² | {:+.2f} % | {} | {} | {:.2f} | {} | {:.2f} |\n", each.name,

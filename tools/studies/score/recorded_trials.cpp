@@ -145,7 +145,7 @@ double write_psth(const RecordedTrials& set, const Trains& model, CsvTable& tabl
   for (double begin = 0.0; begin < set.trace->duration_s(); begin += set.bin_s) {
     recorded.push_back(rate_in(set.spikes_s, begin, begin + set.bin_s));
     simulated.push_back(rate_in(model, begin, begin + set.bin_s));
-    table.row("\"" + set.name + "\"", {begin + 0.5 * set.bin_s, recorded.back(), simulated.back()});
+    table.row({set.name}, {begin + 0.5 * set.bin_s, recorded.back(), simulated.back()});
   }
   double squares = 0.0;
   double total = 0.0;
@@ -230,7 +230,7 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     const auto add = [&](const char* source, const Trains& trains) {
       for (std::size_t k = 0; k < trains.size(); ++k) {
         for (const double time : trains[k]) {
-          spikes->row("\"" + set.name + "\"," + source, {static_cast<double>(k + 1), time});
+          spikes->row({set.name, source}, {static_cast<double>(k + 1), time});
         }
       }
     };
@@ -238,7 +238,7 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     add("model", model);
     const bool force = set.trace->control() == Indenter::Control::kForce;
     for (double t = 0.0; t <= set.trace->duration_s(); t += 0.005) {
-      press->row("\"" + set.name + "\"," + (force ? "N" : "mm"),
+      press->row({set.name, force ? "N" : "mm"},
                  {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
     }
     const double r2 = write_psth(set, model, *psth);
