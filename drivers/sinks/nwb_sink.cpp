@@ -87,6 +87,7 @@ NwbContent content_of(const SinkSetup& setup, NwbContent content) {
     content.patches.push_back(patch.name.empty() ? number : printable_text(patch.name));
   }
   content.scene = setup.run.scene;
+  content.tick = setup.run.model.tick;
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "scene_text") {
       content.scene_text = value;
