@@ -133,11 +133,13 @@ void RunProbes::start(const MakeFeeds& make_feeds,
     for (std::size_t i = 0; i < routes_.size(); ++i) {
       Route& route = *routes_[i];
       if (route.device != device.get()) continue;
-      receivers[route.output] = {
-          .channel = &route.channel, .contact = &route.contact, .feeds = std::move(feeds[i])};
+      receivers[route.output] = {.channel = &route.channel,
+                                 .contact = &route.contact,
+                                 .probe = static_cast<std::uint32_t>(i),
+                                 .feeds = std::move(feeds[i])};
     }
     device->reader = std::make_unique<ProbeReader>(
-        *device->probe, std::move(receivers),
+        *device->probe, std::move(receivers), device->edges,
         ProbeReader::Parameters{.shift = shift,
                                 .realtime = replayed ? std::nullopt : realtime,
                                 .wait_for_sinks = !realtime});

@@ -27,11 +27,13 @@ template <>
 constexpr std::size_t kCapacity<SentCommand> = 65536;
 template <>
 constexpr std::size_t kCapacity<TaxelBlock> = 65536;
-/// These have a feed from each probe and each port.
+/// These have a feed from each probe, each port and each device.
 template <>
 constexpr std::size_t kCapacity<DeliveredSample> = 0;
 template <>
 constexpr std::size_t kCapacity<PortFrame> = 0;
+template <>
+constexpr std::size_t kCapacity<SyncEdge> = 0;
 /// The sink's thread asks for it.
 template <>
 constexpr std::size_t kCapacity<RunStatus> = 0;
@@ -130,10 +132,14 @@ std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capac
 }
 
 void RunSinks::listen() {
+  constexpr std::size_t kEdges = 4096;
   for (const auto& entry : entries_) {
-    if (!entry->sink->takes<PortFrame>()) continue;
     for (std::uint32_t i = 0; i < probes_.size(); ++i) {
       if (!probes_.is_first_of_device(i)) continue;
+      if (entry->sink->takes<SyncEdge>()) {
+        probes_.add_edge_feed(i, entry->channel.add<SyncEdge>(kEdges));
+      }
+      if (!entry->sink->takes<PortFrame>()) continue;
       Probe& probe = probes_.device_of(i);
       for (std::uint32_t port = 0; port < probe.ports(); ++port) {
         entry->taps.push_back(std::make_unique<FrameTap>(

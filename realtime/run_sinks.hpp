@@ -43,7 +43,7 @@ class RunSinks {
   [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity,
                                                                      std::uint32_t probe,
                                                                      const ProbeColumns& columns);
-  /// Listens to the ports of all devices for the sinks that take frames.
+  /// Listens to the ports and sync lines of all devices, for the sinks that take frames or edges.
   void listen();
 
   /// Starts the threads. The sinks may make requests from now on.

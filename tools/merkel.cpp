@@ -48,6 +48,8 @@ int main(int argc, char** argv) {
       merkel::add_compare_command(program);
       merkel::add_batch_command(program);
       merkel::add_merge_command(program);
+      merkel::add_align_command(program);
+      merkel::add_bundle_command(program);
       merkel::add_doctor_command(program);
       merkel::add_probes_command(program);
       merkel::add_connect_command(program);

@@ -12,6 +12,7 @@
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
+#include "core/records/sync_edge.hpp"
 #include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 
@@ -141,6 +142,17 @@ inline constexpr auto kEventColumns = std::tuple(
     limited_column(
         "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset, 4 zero_uncertain, 5 zero_certain",
         [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kZeroCertain)));
+
+inline constexpr auto kSyncColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
+    column(
+        "probe", "", "the first one that the device feeds, from 0",
+        [](auto& r) -> auto& { return r.probe; }),
+    limited_column(
+        "line", "of the device, from 1", [](auto& r) -> auto& { return r.line; }, 1.0, UINT16_MAX),
+    limited_column(
+        "level", "1 high from here on, 0 low", [](auto& r) -> auto& { return r.level; }, 0.0, 1.0));
 
 inline constexpr auto kCommandColumns = std::tuple(
     time_column(

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/records/probe_sample.hpp"
+#include "core/records/sync_edge.hpp"
 
 namespace merkel {
 
@@ -130,6 +131,9 @@ class Readings {
     return {values_.data() + i * columns_.width(), columns_.width()};
   }
   [[nodiscard]] std::span<ReadingHead> heads() noexcept { return heads_; }
+  /// Edges of the device's sync lines since the last readings; there may be some without readings.
+  [[nodiscard]] std::vector<SyncEdge>& edges() noexcept { return edges_; }
+  [[nodiscard]] const std::vector<SyncEdge>& edges() const noexcept { return edges_; }
 
   /// What a probe measured in a reading; nothing: no value.
   [[nodiscard]] std::optional<ProbeSample> sample(std::size_t i, std::size_t probe = 0) const {
@@ -144,7 +148,10 @@ class Readings {
     return columns_.of(probe).taxels_in(row(i));
   }
 
-  void clear() noexcept { resize(0); }
+  void clear() noexcept {
+    resize(0);
+    edges_.clear();
+  }
   /// Keeps the first ones.
   void resize(std::size_t size) {
     heads_.resize(size);
@@ -191,6 +198,7 @@ class Readings {
   std::size_t most_;
   std::vector<ReadingHead> heads_;
   std::vector<double> values_;
+  std::vector<SyncEdge> edges_;
 };
 
 }  // namespace merkel

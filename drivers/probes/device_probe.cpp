@@ -37,6 +37,7 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
   settings.calibration = options.text("calibration", "");
+  settings.sync = options.text("sync", "");
   // A board that resets when its port is opened is silent until it has booted.
   const bool boots = uri.scheme == "serial" && !options.given("timeout_ms");
   settings.silence = milliseconds{options.whole("timeout_ms", 2000, 100, 60'000)};
@@ -111,6 +112,7 @@ Expected<void, SetupError> DeviceProbe::listen() {
     }
     judge_quality();
     stream_.readings.clear();
+    stream_.edges.clear();
     times_.set_wrap(protocol_->clock_wrap());
     times_.observe(std::exchange(stream_.exchanges, {}));
   }
@@ -135,6 +137,9 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   const auto refuse = [&](const std::string& why) {
     return bad_input("\"" + settings_.uri + "\": " + why);
   };
+  auto lines = SyncLines::choose(settings_.sync, names);
+  if (!lines) return refuse(lines.error());
+  sync_lines_ = std::move(*lines);
   const std::vector<ProbeChannels> parts =
       settings_.parts.empty() ? std::vector<ProbeChannels>(1) : settings_.parts;
   std::vector<std::string> files = settings_.calibrations;
@@ -279,6 +284,7 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, millisec
   } while (ready_->empty() && now() < until);
   publish();
   readings.clear();
+  std::swap(readings.edges(), edges_);
   const std::size_t count = std::min(readings.room(), ready_->size() - next_ready_);
   readings.add(*ready_, next_ready_, count);
   next_ready_ += count;
@@ -303,6 +309,7 @@ void DeviceProbe::discard_old_input() {
     if (stream_.counts.bytes == bytes) break;
   }
   stream_.readings.clear();
+  stream_.edges.clear();
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
   stream_.counts.without_value = stream_.counts.reordered = 0;
   stream_.rejected.clear();
@@ -378,8 +385,20 @@ void DeviceProbe::take_readings() {
     stream_.counts.lost += readings.front().lost;
     overran_ = false;
   }
-  for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
-
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    sync_lines_.take(readings[i], times[i], edges_);
+    deliver(readings[i], times[i]);
+  }
+  for (const DeviceEdge& edge : std::exchange(stream_.edges, {})) {
+    if (!started_ || wrong_device_reported_) continue;
+    edges_.push_back({.time = times_.of_edge(edge.device_time, edge.arrival),
+                      .line = edge.line,
+                      .level = static_cast<std::uint16_t>(edge.high ? 1 : 0)});
+  }
+  if (edges_.size() > 1) {
+    std::stable_sort(edges_.begin(), edges_.end(),
+                     [](const SyncEdge& a, const SyncEdge& b) { return a.time < b.time; });
+  }
   const Time time = now();
   if (stream_.counts.frames != frames_at_last_sense_) {
     frames_at_last_sense_ = stream_.counts.frames;

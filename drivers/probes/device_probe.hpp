@@ -18,6 +18,7 @@
 #include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/reading_times.hpp"
 #include "drivers/probes/stream_quality.hpp"
+#include "drivers/probes/sync_lines.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -35,6 +36,7 @@ class DeviceProbe final : public Probe {
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;                ///< file; empty: none
     std::vector<std::string> calibrations;  ///< of each probe that it feeds, instead
+    std::string sync;                       ///< its sync lines: SyncLines::choose()
     std::chrono::milliseconds silence{2000};
     StreamQuality::Parameters quality;
     std::chrono::milliseconds boot{0};  ///< further patience for the first byte
@@ -101,6 +103,8 @@ class DeviceProbe final : public Probe {
   std::deque<DeviceOutput> outputs_;  ///< at least one
   std::vector<ProbeInfo> infos_;      ///< of each
   ReadingTimes times_;
+  SyncLines sync_lines_;
+  std::vector<SyncEdge> edges_;  ///< not delivered yet
   DeviceStream stream_;
   StreamQuality quality_;
   ProtocolCounts judged_;  ///< the counts up to which quality_ has judged

@@ -79,6 +79,7 @@ std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
 }  // namespace
 
 std::string in_unit_of_readings(const ChannelName& channel) {
+  if (channel.sync) return channel.name;
   return std::string(without_unit(channel.name)) +
          (channel.force ? "_N" : (channel.pressure ? "_kPa" : "_mm"));
 }
@@ -154,6 +155,10 @@ Expected<ProbeCalibration, std::string> ProbeChannels::among(
                        bool by_its_unit) -> Expected<void, std::string> {
     const auto found = find(name, channels);
     if (!found) return Unexpected<std::string>(found.error());
+    if (found->sync) {
+      return Unexpected<std::string>("the channel " + found->name +
+                                     " is a sync line, and no force or length");
+    }
     if (found->pressure) {
       return Unexpected<std::string>(
           "the channel " + found->name +

@@ -62,6 +62,14 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
   return times;
 }
 
+std::chrono::nanoseconds ReadingTimes::of_edge(Time device_time, Time arrival) const {
+  if (!by_clock_) return arrival;
+  const Time device = clock_.unwrapped(device_time, arrival);
+  const auto mapped = rule_ == Rule::kDevice && start_ ? start_->second + (device - start_->first)
+                                                       : clock_.estimate(device).value_or(arrival);
+  return std::min(mapped, arrival);
+}
+
 void ReadingTimes::restart() noexcept {
   clock_.restart();
   arrivals_.restart();

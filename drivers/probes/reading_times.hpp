@@ -40,6 +40,10 @@ class ReadingTimes {
   void observe(std::span<const ClockExchange> exchanges);
   /// The times of the readings of a batch, in their order.
   [[nodiscard]] std::vector<std::chrono::nanoseconds> of(std::span<const DeviceReading> batch);
+  /// The host time of an edge that the device reports with a time of its clock; by its arrival, if
+  /// that clock is not used. Ask after the readings that arrived with it.
+  [[nodiscard]] std::chrono::nanoseconds of_edge(std::chrono::nanoseconds device_time,
+                                                 std::chrono::nanoseconds arrival) const;
   /// Fills in the counters of the clock and the uncertainty of the times.
   void describe(DeviceCounts& counts) const;
   /// Messages for the user since the last call.

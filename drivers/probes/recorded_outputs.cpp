@@ -49,7 +49,8 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
                      .channel = named_channel(i),
                      .column = 0,
                      .force = column->force,
-                     .pressure = column->pressure});
+                     .pressure = column->pressure,
+                     .sync = column->sync});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -100,6 +101,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   if (next_ == waiting_.size()) {
     next_ = 0;
     const auto read = ForwardingProbe::read(waiting_, patience);
+    std::swap(readings.edges(), waiting_.edges());
     if (!read) waiting_.clear();
     if (!read || *read == 0) return read;
   }

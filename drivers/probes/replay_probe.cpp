@@ -194,13 +194,14 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(Readings& readings,
   const std::size_t wanted = std::min(readings.room(), chunk_);
   const std::size_t before = std::min(wanted, first_.size() - next_of_first_);
   readings.add(first_, next_of_first_, before);
+  std::swap(readings.edges(), first_.edges());
   next_of_first_ += before;
   if (before < wanted && error_message_.empty()) {
     const auto more = source_->read(readings, wanted - before);
     take_over(readings, before);
     if (!more) error_message_ = more.error().sentence;  // reported after the samples before it
   }
-  if (!readings.empty()) return readings.size();
+  if (!readings.empty() || !readings.edges().empty()) return readings.size();
   return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
                                                        : ProbeError::kBadData);
 }

@@ -36,6 +36,12 @@ std::string numbered_column(std::string_view name, std::size_t number) {
          std::string(name.substr(unit));
 }
 
+/// "sync", "sync1", "sync2", …
+bool is_sync_name(std::string_view name) noexcept {
+  return name.starts_with("sync") &&
+         std::all_of(name.begin() + 4, name.end(), [](char c) { return is_digit(c); });
+}
+
 /// Adds a name or, for "taxel_kPa*256", as many numbered ones. False if the number is wrong.
 bool add_names(std::string_view text, std::vector<std::string>& names) {
   const auto star = text.rfind('*');
@@ -78,6 +84,13 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
                                                   const UnitFactors& factors) {
   if (name == "-") return CsvColumn{};
   if (name == "seq") return CsvColumn{.kind = CsvColumn::Kind::kSequence, .name = "seq"};
+  if (is_sync_name(name)) {
+    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+                     .name = std::string(name),
+                     .channel = named_channel(0),
+                     .force = false,
+                     .sync = true};
+  }
   const auto mark = name.rfind('_');
   std::string_view stem = name.substr(0, mark);
   const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
@@ -133,7 +146,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
 
 std::string csv_column_names() {
   return "time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, force_z_N, depth_mm, x_mm, "
-         "y_mm, z_mm, names of your own with a unit, such as thumb_N, and - to ignore a column; "
+         "y_mm, z_mm, sync (a sync line, 0 or 1), names of your own with a unit, such as thumb_N, and - to ignore a column; "
          "forces are in " +
          std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits) +
          ", pressures in " + std::string(kPressureUnits) +
@@ -185,7 +198,8 @@ std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns)
                      .channel = column.channel,
                      .column = i + 1,
                      .force = column.force,
-                     .pressure = column.pressure});
+                     .pressure = column.pressure,
+                     .sync = column.sync});
   }
   return names;
 }
@@ -202,7 +216,8 @@ std::vector<std::string> csv_columns_of_header(std::string_view line, char separ
     const CsvField heading = parse_csv_heading(cell);
     const std::string quantity = csv_quantity_of(heading.label);
     std::string name = "-";
-    if (exact && !(exact->kind == CsvColumn::Kind::kValue && is_named(exact->channel))) {
+    if (exact &&
+        (exact->sync || exact->kind != CsvColumn::Kind::kValue || !is_named(exact->channel))) {
       name = cell;
     } else if (quantity != "-" && quantity != "seq") {
       name = csv_column_of(heading);
@@ -248,7 +263,7 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
                                      " is named twice: name each differently, such as thumb_N and "
                                      "index_N");
     }
-    measures = measures || column->kind == CsvColumn::Kind::kValue;
+    measures = measures || (column->kind == CsvColumn::Kind::kValue && !column->sync);
     columns.push_back(std::move(*column));
   }
   if (!measures) {

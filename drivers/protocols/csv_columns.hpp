@@ -20,7 +20,8 @@ struct CsvColumn {
   DeviceChannel channel = DeviceChannel::kForce;
   double factor = 1.0;           ///< to N or mm
   bool force = true;             ///< of a value: in N; else in mm, or
-  bool pressure = false;         ///< in kPa
+  bool pressure = false;         ///< in kPa, or
+  bool sync = false;             ///< a sync line: 0 or 1
   std::int64_t nanoseconds = 0;  ///< per unit of time
 };
 

@@ -91,7 +91,7 @@ class CsvLines final : public LineProtocol {
     for (const CsvColumn& column : columns_) {
       if (column.kind == CsvColumn::Kind::kValue) {
         channels_ |= bit_of(column.channel);
-        measures_ = true;
+        measures_ = measures_ || !column.sync;
       }
       if (column.kind == CsvColumn::Kind::kTime && column.nanoseconds < 1'000'000'000) {
         wrap_ = nanoseconds{(std::int64_t{1} << clock_bits_) * column.nanoseconds};

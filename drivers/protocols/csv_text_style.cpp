@@ -227,6 +227,7 @@ std::string csv_column_of(const CsvField& field) {
   if (time && unit.empty() && (label == "millis" || label == "ms")) return "time_ms";
   if (time && unit.empty() && (label == "micros" || label == "us")) return "time_us";
   if (quantity == "seq" && unit.empty()) return quantity;
+  if (label == "sync" && unit.empty()) return label;
   return unit.empty() && quantity != "-" ? std::string() : "-";
 }
 

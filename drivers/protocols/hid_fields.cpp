@@ -80,6 +80,7 @@ Expected<HidField, std::string> field_of(std::string_view text, const UnitFactor
   if (is_named(field.channel)) field.name = name;
   field.force = column->force;
   field.pressure = column->pressure;
+  field.sync = column->sync;
   field.scale *= column->factor;
   return field;
 }
@@ -168,7 +169,8 @@ class HidFields final : public Protocol {
       ChannelName name = {.name = field.name,
                           .channel = field.channel,
                           .force = field.force,
-                          .pressure = field.pressure};
+                          .pressure = field.pressure,
+                          .sync = field.sync};
       if (!is_named(field.channel)) name = names_of_channels(bit_of(field.channel)).front();
       name.column = i + 1;
       names.push_back(std::move(name));

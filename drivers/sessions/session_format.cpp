@@ -59,9 +59,9 @@ constexpr Channel following(Channel channel, bool ticks) {
   for (const auto& [label, bit] : kMeasured) {
     if (channel.label == label) channel.measured = bit;
   }
-  constexpr std::string_view kAsBefore[] = {"probe",        "late",         "state",
-                                            "channels",     "valid_for_ns", "taxel_blocks",
-                                            "doubts",       "zero_mN",      "touch"};
+  constexpr std::string_view kAsBefore[] = {"probe",    "late",         "state",
+                                            "channels", "valid_for_ns", "taxel_blocks",
+                                            "doubts",   "zero_mN",      "touch"};
   const bool named =
       std::find(std::begin(kAsBefore), std::end(kAsBefore), channel.label) != std::end(kAsBefore);
   if (named || channel.measured != 0) channel.follows = Follows::kAsBefore;
@@ -106,6 +106,7 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<StimulationCommand>("merkel.stimulation", "StimulationCommands"),
     stream_of<TaxelBlock>("merkel.taxels", "TaxelPressures"),
     stream_of<SentCommand>("merkel.sent", "SentCommands"),
+    stream_of<SyncEdge>("merkel.sync", "SyncEdges"),
 }};
 
 }  // namespace

@@ -23,7 +23,8 @@ struct SessionStream {
     kFrames = 6,
     kStimulation = 7,
     kTaxels = 8,
-    kSent = 9
+    kSent = 9,
+    kSync = 10
   };
   /// How a value follows from that of the previous item of its probe.
   enum class Follows : std::uint8_t { kFreely, kAsBefore, kByOne, kByTick };
@@ -64,7 +65,7 @@ inline constexpr std::size_t kMostSessionChannels = 64;
 template <class Value>
 using ItemValues = std::array<Value, kMostSessionChannels>;
 
-inline constexpr std::size_t kSessionStreams = 9;
+inline constexpr std::size_t kSessionStreams = 10;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

@@ -81,6 +81,9 @@ struct SessionStreamOf<StimulationCommand>
 
 template <>
 struct SessionStreamOf<SentCommand> : StoredAs<SessionStream::Id::kSent, double, kSentColumns> {};
+template <>
+struct SessionStreamOf<SyncEdge> : StoredAs<SessionStream::Id::kSync, std::int64_t, kSyncColumns> {
+};
 
 template <class Record>
 inline constexpr bool kStored = requires {

@@ -59,6 +59,9 @@ Expected<bool, SetupError> SessionSamples::refill() {
   while (waiting_.empty()) {
     const auto more = session_.next(chunk_);
     if (!more || !*more) return more;
+    for (const SyncEdge& edge : chunk_.edges) {
+      if (edge.probe == probe_) edges_.push_back(edge);
+    }
     if (taxels_ > 0) {
       blocks_.insert(blocks_.end(), chunk_.taxels.begin(), chunk_.taxels.end());
       for (const TickRecord& tick : chunk_.ticks) take_taxels(tick);
@@ -119,6 +122,8 @@ Expected<std::size_t, SetupError> SessionSamples::read(Readings& readings, std::
     next_ += part;
     count += part;
   }
+  readings.edges().insert(readings.edges().end(), edges_.begin(), edges_.end());
+  edges_.clear();
   // A recording has arrived when it was made; a replay has its samples at once.
   for (ReadingHead& head : readings.heads().last(count)) head.arrival = head.time;
   return count;

@@ -28,6 +28,7 @@ class ProbeReader {
   struct Receivers {
     ProbeChannel* channel = nullptr;
     ContactDecision* contact = nullptr;         ///< null: undecided
+    std::uint32_t probe = 0;                    ///< its number, from 0
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
   };
   struct Parameters {
@@ -40,7 +41,9 @@ class ProbeReader {
   };
 
   /// Starts reading. \param receivers  one for each output of the probe
-  ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters);
+  /// \param edges  of sinks that take the edges of sync lines
+  ProbeReader(Probe& probe, std::vector<Receivers> receivers, std::vector<Feed<SyncEdge>*> edges,
+              Parameters parameters);
   ProbeReader(const ProbeReader&) = delete;
   ProbeReader& operator=(const ProbeReader&) = delete;
   /// Stops and joins.
@@ -59,9 +62,13 @@ class ProbeReader {
   bool deliver(const ReadingHead& head, std::span<const double> row, const std::stop_token& stop);
   void push_to_feeds(const ReadingHead& head, std::span<const double> row,
                      const std::stop_token& stop);
+  void push_edges(std::span<const SyncEdge> edges, const std::stop_token& stop);
+  template <class... Record>
+  void push(auto& feed, const std::stop_token& stop, const Record&... record);
 
   Probe& probe_;
   std::vector<Receivers> receivers_;
+  std::vector<Feed<SyncEdge>*> edges_;
   Parameters parameters_;
   std::string error_message_;
   bool bad_input_ = false;

@@ -58,6 +58,7 @@ std::size_t SinkWriter::write_waiting() {
   RecordBatch later = batch_of(waiting_);
   write({.frames = std::exchange(later.frames, {}),
          .samples = std::exchange(later.samples, {}),
+         .edges = std::exchange(later.edges, {}),
          .spikes = std::exchange(later.spikes, {})});
   for (const auto& feed : feeds.commands) feed->take(waiting_.commands, feed->waiting());
   for (const auto& feed : feeds.sent) feed->take(waiting_.sent, feed->waiting());
@@ -104,6 +105,7 @@ void SinkWriter::write_status() {
       .taxels = channel.dropped<TaxelBlock>(),
       .events = channel.dropped<LoopEvent>(),
       .samples = channel.dropped<DeliveredSample>(),
+      .edges = channel.dropped<SyncEdge>(),
       .frames = channel.dropped<PortFrame>(),
       .commands = channel.dropped<StimulationCommand>() + channel.dropped<SentCommand>()};
   write({.status = {&status, 1}});
@@ -111,13 +113,12 @@ void SinkWriter::write_status() {
 
 bool SinkWriter::all_ended() const {
   const auto ended = [](const auto& feed) { return feed->ended(); };
-  const auto& samples = sources_.channel.feeds.samples;
-  const auto& frames = sources_.channel.feeds.frames;
-  const auto& sent = sources_.channel.feeds.sent;
+  const auto& feeds = sources_.channel.feeds;
   return sources_.channel.ended.load(std::memory_order_acquire) &&
-         std::all_of(samples.begin(), samples.end(), ended) &&
-         std::all_of(frames.begin(), frames.end(), ended) &&
-         (sources_.gate == nullptr || std::all_of(sent.begin(), sent.end(), ended));
+         std::all_of(feeds.samples.begin(), feeds.samples.end(), ended) &&
+         std::all_of(feeds.edges.begin(), feeds.edges.end(), ended) &&
+         std::all_of(feeds.frames.begin(), feeds.frames.end(), ended) &&
+         (sources_.gate == nullptr || std::all_of(feeds.sent.begin(), feeds.sent.end(), ended));
 }
 
 void SinkWriter::write_until_ended(const std::stop_token& stop) {

@@ -33,6 +33,8 @@ void add_fit_skin_command(CommandLine& fit);
 void add_batch_command(CommandLine& program);
 void add_bench_command(CommandLine& program);
 void add_merge_command(CommandLine& program);
+void add_align_command(CommandLine& program);
+void add_bundle_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);
 void add_self_test_command(CommandLine& program);

@@ -178,9 +178,10 @@ int print_overview(SessionReader& session) {
   });
   if (read != kDone) return read;
   for (const SessionStream& stream : session_streams()) {
-    const bool seldom =
-        stream.id == SessionStream::Id::kTaxels || stream.id == SessionStream::Id::kSent;
-    if (seldom && items[static_cast<std::size_t>(stream.id) - 1] == 0) continue;
+    const bool rare = stream.id == SessionStream::Id::kTaxels ||
+                      stream.id == SessionStream::Id::kSent ||
+                      stream.id == SessionStream::Id::kSync;
+    if (rare && items[static_cast<std::size_t>(stream.id) - 1] == 0) continue;
     std::puts(fmt::format("stream {},{}", short_name(stream),
                           items[static_cast<std::size_t>(stream.id) - 1])
                   .c_str());
@@ -224,9 +225,9 @@ void add_inspect_session_command(CommandLine& inspect) {
       .option(
           "--stream", options->stream,
           "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
-          "devices' bytes, in hexadecimal), stimulation (commands of the encoder), sent (what left, and when), taxels (pressures of tactile arrays "
-          "that changed), delay (of the loop, at "
-          "each change), marks")
+          "devices' bytes, in hexadecimal), stimulation (commands of the encoder), sent (what left, "
+          "and when), taxels (pressures of tactile arrays that changed), sync (edges of sync lines), "
+          "delay (of the loop, at each change), marks")
       .option("--fact", options->fact,
               "Print the fact of this name, for example scene_text or probe_calibration")
       .runs([options] { return inspect_session(*options); });

@@ -42,6 +42,7 @@ struct SimulateOptions {
   std::optional<double> reboot_s;
   double drift_ppm = 0.0;
   std::optional<std::uint64_t> seed;
+  std::optional<std::uint64_t> pulses;
 };
 
 struct PlayedTrace {
@@ -95,6 +96,8 @@ int simulate(const SimulateOptions& options) {
       .link = options.link,
       .network = options.network,
       .repeat = options.repeat,
+      .pulses = options.pulses ? std::optional(static_cast<std::uint32_t>(*options.pulses))
+                               : std::nullopt,
       .rate_Hz = options.rate_hz,
       .faults = {.drop_byte = options.drop_byte,
                  .flip_byte = options.flip_byte,
@@ -189,6 +192,8 @@ void add_simulate_probe_command(CommandLine& program) {
       .flag("--echo", options->echo, "Echo the host's bytes")
       .option("--drift-ppm", options->drift_ppm, "Drift of the device's clock; positive is fast",
               {-10000, 10000})
+      .option("--pulses", options->pulses,
+              "Make the irregular pulses of a sync line from this seed (hbf1)")
       .option("--seed", options->seed, "Seed of the faults")
       .runs([options] { return simulate(*options); });
 }

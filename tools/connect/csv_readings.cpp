@@ -7,6 +7,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/records/probe_sample.hpp"
+#include "core/records/readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "tools/connect/array_scene.hpp"
@@ -126,7 +127,8 @@ std::vector<std::size_t> unnamed_taxels(const std::vector<Column>& columns) {
 bool is_measured(std::string_view name) {
   if (name.starts_with("force") || name.starts_with("depth")) return true;
   const auto column = csv_column_named(name);
-  return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel);
+  return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel) &&
+         !column->sync;
 }
 
 /// The names of the columns if forces without a unit are in `force_unit`, and the first column
@@ -174,7 +176,7 @@ Reading reading_of(const std::vector<Column>& columns, const std::vector<std::st
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto column = csv_column_named(names[i]);
     const bool taxel = taxels > 0 && column && column->kind == CsvColumn::Kind::kValue &&
-                       is_named(column->channel);
+                       is_named(column->channel) && !column->sync;
     if (names[i] == "-" || taxel) continue;
     reading.meaning += (reading.meaning.empty() ? "" : ", ") + names[i] + " = " +
                        shortest_decimal(columns[i].value);

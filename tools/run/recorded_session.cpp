@@ -37,10 +37,41 @@ Expected<std::unique_ptr<RecordedSession>, SetupError> RecordedSession::open(
   return session;
 }
 
+void RecordedSession::set_clock(const ClockMap& clock) {
+  clock_ = clock_.then(clock);
+  origin_.start = clock(origin_.start);
+}
+
+namespace {
+
+template <class Record>
+void convert(Record& record, const ClockMap& clock) {
+  if constexpr (std::is_same_v<Record, RunStatus>) {
+    return;
+  } else if constexpr (std::is_same_v<Record, PortFrame>) {
+    record.frame.time = clock(record.frame.time);
+  } else if constexpr (std::is_same_v<Record, DeliveredSample>) {
+    record.sample.time = clock(record.sample.time);
+    record.sample.arrival = clock(record.sample.arrival);
+  } else if constexpr (std::is_same_v<Record, SentCommand>) {
+    record.command.time = clock(record.command.time);  // the others stay those of its host
+  } else {
+    if constexpr (std::is_same_v<Record, LoopEvent>) {
+      record.length = clock(record.time + record.length) - clock(record.time);
+    }
+    record.time = clock(record.time);
+  }
+}
+
+}  // namespace
+
 Expected<bool, SetupError> RecordedSession::next(SessionReader& reader, SessionChunk& chunk) const {
   auto more = reader.next(chunk);
   if (!more || !*more) return more;
   if (numbering_) numbering_->apply(chunk);
+  for_each_kind(static_cast<RecordLists<RecordVector>&>(chunk), [&](auto& list) {
+    for (auto& record : list) convert(record, clock_);
+  });
   for (const SpikeEvent& spike : chunk.spikes) {
     if (spike.neuron >= 1 && spike.neuron <= neurons_) continue;
     return bad_input(path_ + " has a spike of neuron " + std::to_string(spike.neuron) +

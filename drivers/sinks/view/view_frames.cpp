@@ -69,6 +69,7 @@ void ViewFrames::add(const RecordBatch& batch) {
   for (const LoopEvent& event : batch.events) add(event);
   for (const NeuronSample& sample : batch.neurons) add(sample);
   for (const Mark& mark : batch.marks) add(mark);
+  for (const SyncEdge& edge : batch.edges) add(edge);
   if (!batch.status.empty()) status_ = batch.status.back();
 }
 
@@ -139,6 +140,12 @@ void ViewFrames::add(const LoopEvent& event) {
 void ViewFrames::add(const Mark& mark) {
   if (!origin_) return;
   add_news({{"kind", "mark"}, {"t", since_start_s(mark.time)}, {"label", mark.label}});
+}
+
+/// A pulse, by its begin.
+void ViewFrames::add(const SyncEdge& edge) {
+  if (!origin_ || edge.level == 0) return;
+  add_news({{"kind", "sync"}, {"t", since_start_s(edge.time)}, {"line", edge.line}});
 }
 
 void ViewFrames::add(const NeuronSample& sample) {

@@ -106,6 +106,7 @@ class ViewFrames {
   void add(const LoopEvent& event);
   void add(const NeuronSample& sample);
   void add(const Mark& mark);
+  void add(const SyncEdge& edge);
   void add_point(std::chrono::nanoseconds time);
   void add_news(const nlohmann::json& event);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;

@@ -33,7 +33,7 @@ class ViewSink final : public Sink {
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, SentCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample, Mark,
-                  RunStatus>;
+                  SyncEdge, RunStatus>;
   }
   void attach(RunControl& control) override { desk_->attach(control); }
 

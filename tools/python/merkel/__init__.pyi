@@ -69,6 +69,8 @@ class Run:
     @property
     def afferents(self) -> NDArray[np.void]: ...
     @property
+    def sync(self) -> NDArray[np.void]: ...
+    @property
     def stimulation(self) -> NDArray[np.void]:
         """(commands,) of time_s, electrode, kind, stop, amplitude_uA, frequency_Hz, heartbeat."""
     @property

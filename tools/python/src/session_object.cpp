@@ -75,6 +75,7 @@ SessionObject SessionObject::load(const std::string& path) {
       session.add_taxels(tick, blocks);
     }
     for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
+    for (const SyncEdge& edge : chunk.edges) session.sync.push_back(row_of(edge, zero));
     for (const StimulationCommand& each : chunk.commands) {
       session.stimulation.push_back(row_of(each, zero));
     }
@@ -130,6 +131,10 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "afferents", [](const SessionObject& session) { return array_of(session.afferents); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property_readonly(
+          "sync", [](const SessionObject& session) { return array_of(session.sync); },
+          "(edges,) of the devices' sync lines: time_s, probe (the first that the device feeds), line (from 1) and "
+          "level (1: high from here on).")
       .def_property_readonly(
           "stimulation", [](const SessionObject& session) { return array_of(session.stimulation); },
           "(commands,) for the scene's electrodes, as Run.stimulation.")
