@@ -34,7 +34,7 @@ struct TickRecord {
   std::uint32_t probe = 0;   ///< from 0
   std::uint16_t late = 0;    ///< samples found at this tick after their time was simulated
   State state = State::kFollowing;
-  std::uint8_t doubts = 0;         ///< of the samples in effect: ProbeSample::Doubt bits
+  std::uint8_t doubts = 0;  ///< of the samples in effect: ProbeSample::Doubt bits
   Touch touch = Touch::kUndecided;
   std::uint16_t taxel_blocks = 0;  ///< of a tactile array: number of its TaxelBlocks of this tick
 };

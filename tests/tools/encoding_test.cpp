@@ -170,7 +170,7 @@ TEST(Encoding, PushedSamplesGiveTheCommandsOfAFastRun) {
   auto source = *open_probe(probe);
   std::string text = StimulationText::csv_header() + "\n";
   const auto append_rows = [&] {
-    for (const auto& command : stream->commands()) rows.append_row(text, command);
+    for (const auto& command : stream->commands()) rows.append_row(text, {.command = command});
   };
   std::array<ProbeSample, 16> samples{};
   while (const auto count = source->read(samples, std::chrono::milliseconds{100})) {
