@@ -11,6 +11,14 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# A rebuilt package is newer than the one before it.
+execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/version
+  OUTPUT_VARIABLE build_version OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/version --time
+  OUTPUT_VARIABLE build_time OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND date -u -R -d @${build_time}
+  OUTPUT_VARIABLE build_date OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+set(CPACK_DEBIAN_PACKAGE_VERSION ${build_version})
 # tools/package builds the packed targets; the tests are not needed.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
@@ -25,11 +33,11 @@ function(merkel_package component)
   file(CONFIGURE OUTPUT ${folder}/copyright @ONLY CONTENT
     "@licence@\nThe live page contains uPlot:\n\n@page_licence@")
   file(CONFIGURE OUTPUT ${folder}/changelog @ONLY CONTENT
-"merkel (@PROJECT_VERSION@) unstable; urgency=medium
+"merkel (@build_version@) unstable; urgency=medium
 
   * What changed: CHANGELOG.md in the sources.
 
- -- @CPACK_PACKAGE_CONTACT@  Sun, 22 Nov 2026 00:00:00 +0000
+ -- @CPACK_PACKAGE_CONTACT@  @build_date@
 ")
   execute_process(COMMAND gzip -9nf ${folder}/changelog)
   install(FILES ${folder}/copyright ${folder}/changelog.gz
