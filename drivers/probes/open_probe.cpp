@@ -5,6 +5,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/files/example_file.hpp"
 #include "drivers/lsl_library.hpp"
 #include "drivers/probes/fused_probe.hpp"
 #include "drivers/probes/live_probe.hpp"
@@ -106,7 +107,10 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   if (auto added = add_unit_factors(*uri, device); !added) {
     return Unexpected<SetupError>(added.error());
   }
-  if (uri->scheme == "replay") return recorded(*uri, device, ReplayProbe::open);
+  if (uri->scheme == "replay") {
+    uri->path = path_or_example(Example::kTrace, uri->path);
+    return recorded(*uri, device, ReplayProbe::open);
+  }
   if (uri->scheme == "sim") {
     return recorded(*uri, device, uri->path == "pad" ? PadProbe::open : SimProbe::open);
   }

@@ -37,6 +37,7 @@ void add_align_command(CommandLine& program);
 void add_bundle_command(CommandLine& program);
 void add_chart_command(CommandLine& program);
 void add_plan_command(CommandLine& program);
+void add_plot_command(CommandLine& program);
 void add_self_test_command(CommandLine& program);
 void add_completion_command(CommandLine& program);
 

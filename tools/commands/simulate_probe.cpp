@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/files/example_file.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/simulation/device_simulator.hpp"
@@ -81,7 +82,7 @@ Expected<PlayedTrace, SetupError> read_trace(const std::string& path) {
 int simulate(const SimulateOptions& options) {
   const auto protocol = find_protocol(options.protocol);
   if (!protocol) return refuse(protocol.error());
-  auto trace = read_trace(options.trace);
+  auto trace = read_trace(path_or_example(Example::kTrace, options.trace));
   if (!trace) return refuse(trace.error());
   const auto time = [](std::optional<double> seconds) {
     return seconds ? std::optional(units::nanoseconds_from_s(*seconds)) : std::nullopt;
@@ -162,10 +163,10 @@ void add_simulate_probe_command(CommandLine& program) {
           "simulate-probe",
           "Simulates a device that sends a trace, on a pseudo-terminal, and prints the probe URI "
           "to read from. The trace starts when a host opens the port. Has real-time priority where permitted: a device does not wait for this machine.",
-          "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
+          "simulate-probe hbf1 --trace taps --link /tmp/probe")
       .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
-      .option("--trace", options->trace, "Trace file to play (CSV)")
+      .option("--trace", options->trace, "Trace file to play (CSV), or taps, ramp_and_hold, slide or faulty")
       .required()
       .option("--link", options->link, "Symbolic link to create to the terminal")
       .option("--network", options->network,
