@@ -47,11 +47,11 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
     all.also(indenter.check(p.skin))
         .require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
         .require(indenter.control == p.indenters.front().control ||
-                     p.indenters.front().prescribed() || indenter.prescribed(),
+                     p.indenters.front().taxels() != nullptr || indenter.taxels() != nullptr,
                  "probe.control", kMixedControl)
-        .require(!indenter.prescribed() || alone_on_patch(p, indenter.patch), "probe.tip",
+        .require(indenter.taxels() == nullptr || alone_on_patch(p, indenter.patch), "probe.tip",
                  "\"taxels\" needs a patch of its own: give the other probe another patch")
-        .require(!indenter.prescribed() || p.energy_driven(), "probe.tip",
+        .require(indenter.taxels() == nullptr || p.energy_driven(), "probe.tip",
                  "\"taxels\" needs neurons that the energy density drives: set neuron.kind = "
                  "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"")
         .require(!indenter.surface.slides || p.tick >= std::chrono::milliseconds(1) ||

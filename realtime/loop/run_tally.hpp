@@ -32,7 +32,7 @@ class RunTally {
     std::fill(touched_.begin(), touched_.end(), false);
     for (std::size_t i = 0; i < presses_.size(); ++i) {
       const ContactState& deepest = model.deepest()[i].contact;
-      const bool array = model.parameters().indenters[i].prescribed();
+      const bool array = model.parameters().indenters[i].taxels() != nullptr;
       const auto end = records[i].time;
       presses_[i].observe(records[i].contact, touches(records[i]),
                           array ? deepest.force_mN : deepest.depth_mm,

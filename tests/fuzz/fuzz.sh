@@ -98,6 +98,6 @@ limits=()
 seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
-  core/contact/tip_shape.cpp
+  core/contact/{taxel_array,tip_kinds}.cpp core/contact/solver/tip_heights.cpp
 fuzz table 2048 "" table_fuzz.cpp tools/batch/text_table.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

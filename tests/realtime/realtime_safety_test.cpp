@@ -376,10 +376,8 @@ TEST(RealtimeSafety, ATactileArrayNeitherAllocatesNorLocks) {
   scene.network.gain = 0.0;
   set_kind(scene, NeuronKind::kIntegrateAndFire);
   Indenter& array = scene.indenters.front();
-  array.tip = Indenter::Tip::kTaxels;
+  array.tip = TaxelArray{.columns = 8, .rows = 8, .place = {.x_mm = 15.0, .y_mm = 10.0}};
   array.control = Indenter::Control::kForce;
-  array.taxels.columns = array.taxels.rows = 8;
-  array.taxels.place = {.x_mm = 15.0, .y_mm = 10.0};
   auto model = TactileModel::create(scene);
   ASSERT_TRUE(model) << model.error().reason;
   Pipeline pipeline(*model, {.fast = false, .delay = std::chrono::milliseconds{2}});

@@ -77,9 +77,9 @@ double area_mm2(const ContactState& contact) {
 /// Quantities that the contact does not have, such as the radius of a flat tip, are null.
 Json press_json(const Press& press, const TactileModel& model, std::size_t indenter) {
   const Indenter& tip = model.parameters().indenters[indenter];
-  const bool round = press.contact.touching() && !tip.prescribed();
+  const bool round = press.contact.touching() && tip.sphere() != nullptr;
   const ContactValidity validity =
-      round ? validity_of(press.contact, model.parameters().skin, tip.radius_mm)
+      round ? validity_of(press.contact, model.parameters().skin, tip.sphere()->radius_mm)
             : ContactValidity{};
   const auto if_true = [](bool exists, double value) { return exists ? Json(value) : Json(); };
   return {{"depth_mm", press.contact.depth_mm},
@@ -190,7 +190,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
       text += fmt::format("  never touched the skin\n");
       continue;
     }
-    if (model.parameters().indenters[i].prescribed()) {
+    if (model.parameters().indenters[i].taxels() != nullptr) {
       text += fmt::format(
           "  hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa\n"
           "  contact law: {}\n",

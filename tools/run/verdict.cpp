@@ -19,6 +19,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostFindings = 5;
 constexpr double kMuchPoor = 0.2;     ///< share of solutions
+constexpr double kMuchMoved = 0.02;   ///< of the largest energy density
 constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
 constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
@@ -203,6 +204,13 @@ class RunChecks {
                       "of the contact",
                       probe.uri, number_text(100.0 * cut)),
           "increase [probe] deepest_mm, or press less");
+    }
+    if (sliding.movement_error() > kMuchMoved) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the surface of {} moved by up to {:.2g} mm between two solutions of its "
+                      "contact: energy densities are off by up to about {:.2g} % of the largest",
+                      probe.uri, counts.farthest_mm, 100.0 * sliding.movement_error()),
+          "slide more slowly, or make [probe] deepest_mm smaller, so that it is solved more often");
     }
     const double poor = share(counts.poor, counts.solutions);
     if (poor > kMuchPoor) {

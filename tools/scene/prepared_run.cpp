@@ -44,7 +44,9 @@ std::string model_key_of(const Scene& scene) {
 /// Scenes of Python were read before the run that they make.
 void note_files_of(const Scene& scene) {
   ReadFiles::note(scene.file);
-  for (const Indenter& indenter : scene.model.indenters) ReadFiles::note(indenter.shape.file);
+  for (const Indenter& indenter : scene.model.indenters) {
+    if (const auto* shape = std::get_if<ShapeTip>(&indenter.tip)) ReadFiles::note(shape->file);
+  }
 }
 
 /// The longest delay of the scene's probes.
@@ -141,12 +143,12 @@ namespace {
 
 /// Whether a probe can feed a tip: an array needs its pressures.
 Expected<void, SetupError> check_array(const Indenter& tip, const ProbeInfo& probe) {
-  if (tip.prescribed() && probe.taxels != tip.taxels.size()) {
+  if (tip.taxels() != nullptr && probe.taxels != tip.taxels()->size()) {
     return bad_input("the probe " + probe.uri + " has " + std::to_string(probe.taxels) +
-                     " taxels, but the tip of the scene " + std::to_string(tip.taxels.size()) +
+                     " taxels, but the tip of the scene " + std::to_string(tip.taxels()->size()) +
                      ": use the same number (taxel_columns, taxel_rows)");
   }
-  if (!tip.prescribed() && probe.taxels > 0) {
+  if (tip.taxels() == nullptr && probe.taxels > 0) {
     return bad_input("the probe " + probe.uri + " is a tactile array of " +
                      std::to_string(probe.taxels) +
                      " taxels: set tip = \"taxels\" in [probe], with taxel_columns and taxel_rows");

@@ -140,6 +140,15 @@ void check_source(SceneTable& table, Scene::OfProbe& probe) {
   }
 }
 
+/// The keys of other tips have no effect.
+void ignore_other_tips(SceneTable& reader, const Indenter& indenter) {
+  for (std::size_t kind = 0; kind < kTipNames.size(); ++kind) {
+    Indenter other = indenter;
+    other.tip = default_tip(kind);
+    for (const BoundField& key : tip_fields(other)) reader.find(key.field->key);
+  }
+}
+
 /// Probes without a position press at the centre of their patch.
 void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   const auto to_centre = [&scene](std::size_t i) {
@@ -160,15 +169,19 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
     scene.probes.push_back(first_probe);
     scene.model.indenters.push_back(first_indenter);
     SceneTable reader(table, "probe", findings);
-    BoundFields keys = probe_keys(scene, count);
-    const auto after_patch = keys.begin() + 1;
-    reader.read({keys.begin(), after_patch});
+    const auto patch_and_tip = [&] {
+      const BoundFields keys = probe_keys(scene, count);
+      return BoundFields{keys.begin(), keys.begin() + 2};
+    };
+    reader.read(patch_and_tip());
+    ignore_other_tips(reader, scene.model.indenters.back());
+    const BoundFields keys = probe_keys(scene, count);
     if (reader.has("device") && scene.devices.empty()) {
       reader.refuse("device",
                     "names a device, but the scene has none: add [[device]] with a name and a uri");
     }
     to_centre(count);
-    reader.read({after_patch, keys.end()});
+    reader.read({keys.begin() + 2, keys.end()});
     check_source(reader, scene.probes.back());
     reader.finish();
     ++count;
@@ -219,12 +232,12 @@ std::string beside_scene(const std::string& scene_file, const std::string& name)
 /// The heights of measured shapes, whose names are relative to the folder of the scene's file.
 void read_shapes(const std::string& scene_file, Findings& findings, Scene& scene) {
   for (Indenter& indenter : scene.model.indenters) {
-    TipShape& shape = indenter.shape;
-    if (indenter.tip != Indenter::Tip::kShape || shape.file.empty()) continue;
-    shape.file = beside_scene(scene_file, shape.file);
-    auto map = read_height_map(shape.file, shape.pixel_mm);
+    auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
+    if (shape == nullptr || shape->file.empty()) continue;
+    shape->file = beside_scene(scene_file, shape->file);
+    auto map = read_height_map(shape->file, shape->pixel_mm);
     if (map) {
-      shape.map = std::make_shared<HeightMap>(std::move(*map));
+      shape->map = std::make_shared<HeightMap>(std::move(*map));
     } else if (findings.error.empty()) {
       findings.error = findings.file + ": " + map.error().sentence;
     }
@@ -296,13 +309,15 @@ Expected<void, ParameterError> check(const Scene& scene) {
   all.also(scene.encoding.check());
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const Indenter& tip = scene.model.indenters[i];
-    if (tip.prescribed()) all.also(tip.taxels.check());
-    all.require(!tip.prescribed() || !scene.probes[i].input.contact.invert_force,
+    if (const TaxelArray* const taxels = tip.taxels()) {
+      taxels->check(scene.model.skin, all);
+    }
+    all.require(tip.taxels() == nullptr || !scene.probes[i].input.contact.invert_force,
                 "probe.invert_force",
                 "has no effect on a tactile array: let its device report compression as positive");
     const ContactDecision::Parameters& contact = scene.probes[i].input.contact;
     all.require(contact.zero != ContactDecision::Zero::kTrack || contact.contact_N > 0.0 ||
-                    tip.prescribed(),
+                    tip.taxels() != nullptr,
                 "probe.zero",
                 "= \"track\" needs contact_N, several times the noise of the sensor at rest, which "
                 "merkel connect measures");
@@ -322,9 +337,9 @@ Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
   source->calibrations = {of.calibration};
   ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
   const Indenter& tip = model.indenters[probe];
-  if (tip.prescribed() && source->parts.empty()) {
-    channels.taxels = {.count = tip.taxels.size(),
-                       .area_mm2 = tip.taxels.area_mm2(),
+  if (const TaxelArray* const taxels = tip.taxels(); taxels && source->parts.empty()) {
+    channels.taxels = {.count = taxels->size(),
+                       .area_mm2 = taxels->area_mm2(),
                        .prefix = of.taxel_channels,
                        .tracks = of.input.contact.zero.value_or(ContactDecision::Zero::kTrack) ==
                                  ContactDecision::Zero::kTrack};
@@ -341,7 +356,8 @@ std::string Scene::uri_of(std::size_t probe) const {
 
 void Scene::place_arrays() {
   for (std::size_t i = 0; i < probes.size(); ++i) {
-    model.indenters[i].taxels.place = {.x_mm = probes[i].input.x_mm, .y_mm = probes[i].input.y_mm};
+    auto* const taxels = std::get_if<TaxelArray>(&model.indenters[i].tip);
+    if (taxels) taxels->place = {.x_mm = probes[i].input.x_mm, .y_mm = probes[i].input.y_mm};
   }
 }
 

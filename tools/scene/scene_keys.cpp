@@ -156,6 +156,7 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   BoundFields keys;
   bind_fields({"probe", kPatch}, &scene.model.indenters[probe], keys);
   for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
+  for (BoundField& key : tip_kind_field(scene.model.indenters[probe])) keys.push_back(key);
   for (BoundField& key : tip_fields(scene.model.indenters[probe])) keys.push_back(std::move(key));
   bind_fields({"probe", kDevice}, &scene.probes[probe], keys);
   for (const auto& device : scene.devices) keys.back().words.push_back(device.name);

@@ -110,7 +110,12 @@ Expected<SceneOverrides, SetupError> overrides_of(const std::vector<std::string>
 Expected<Scene, SetupError> with_overrides(const Scene& scene, const SceneOverrides& overrides) {
   if (overrides.empty()) return scene;
   Scene changed = scene;
-  for (const auto& [name, value] : overrides) {
+  // Keys that select a tip or a kind of neuron decide which other keys there are.
+  SceneOverrides sorted = overrides;
+  std::stable_partition(sorted.begin(), sorted.end(), [](const auto& each) {
+    return each.first.ends_with(".tip") || each.first.ends_with(".kind");
+  });
+  for (const auto& [name, value] : sorted) {
     const auto key = key_named(changed, name);
     if (!key) return Unexpected<SetupError>(key.error());
     if (auto set = set_value(name, *key, value); !set) return Unexpected<SetupError>(set.error());

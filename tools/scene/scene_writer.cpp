@@ -143,18 +143,30 @@ std::string scene_keys_text() {
   scene.model.skin.layers.count = 1;
   scene.devices.push_back({});
   for (const SceneSection& section : sections_of(scene)) {
+    const auto heading = [&](std::string_view key, std::string_view kind) {
+      text.append("\n## `").append(section.heading).append("`, `").append(key);
+      text.append(" = \"").append(kind).append("\"`\n\n").append(kColumns);
+    };
     if (section.heading != "[neuron]") {
       text.append("\n## `").append(section.heading).append("`: ").append(section.meaning);
       text.append("\n\n").append(kColumns);
       append_rows(text, section.keys);
+      if (section.heading != "[[probe]]") continue;
+      Indenter turned;
+      text.append("\n## `[[probe]]`, all tips but `sphere`\n\n").append(kColumns);
+      append_rows(text, bind_fields(turned));
+      for (std::size_t kind = 1; kind < kTipNames.size(); ++kind) {
+        Tip tip = default_tip(kind);
+        heading("tip", kTipNames[kind]);
+        append_rows(text, std::visit([](auto& own) { return bind_fields(own); }, tip));
+      }
       continue;
     }
     const BoundFields kind = neuron_kind_fields(scene.model);
     for (std::size_t k = 0; k < kind.front().words.size(); ++k) {
       Scene other = scene;
       set_kind(other.model, static_cast<NeuronKind>(k));
-      text.append("\n## `[neuron]`, `kind = \"").append(kind.front().words[k]).append("\"`\n\n");
-      text.append(kColumns);
+      heading("kind", kind.front().words[k]);
       append_rows(text, neuron_fields(other.model));
     }
   }

@@ -46,7 +46,7 @@ ViewFrames::ViewFrames(const SinkSetup& setup)
   if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
     Probe& probe = probes_.emplace_back();
-    probe.taxels.resize(indenter.prescribed() ? indenter.taxels.size() : 0);
+    probe.taxels.resize(indenter.taxels() != nullptr ? indenter.taxels()->size() : 0);
     if (!setup.session) continue;
     const SkinParameters& skin = setup.run.model.skin;
     if (indenter.surface.slides) {

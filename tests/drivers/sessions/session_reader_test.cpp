@@ -481,7 +481,7 @@ TEST(SessionReader, ReadsThePressuresOfTaxelsAsTheyWere) {
   const std::string path = folder.path("taxels.xdf");
   SinkSetup setup{.neurons = 20, .overwrite = false, .allow_remote = false, .run = {}};
   setup.run.facts = {{"scene_text", ""}};
-  setup.run.model.indenters.front().tip = Indenter::Tip::kTaxels;
+  setup.run.model.indenters.front().tip = TaxelArray{};
   TaxelBlock block{.time = kLongAgo, .tick = 3, .probe = 1, .first = 32, .count = 2};
   block.pressure_kPa[0] = 1.0F / 3.0F;
   block.pressure_kPa[1] = 1e-30F;

@@ -50,7 +50,7 @@ SessionObject SessionObject::load(const std::string& path) {
     session.afferents = afferent_rows(session.scene->model);
     const auto& tips = session.scene->model.indenters;
     for (std::size_t i = 0; i < tips.size(); ++i) {
-      const std::size_t count = tips[i].prescribed() ? tips[i].taxels.size() : 0;
+      const std::size_t count = tips[i].taxels() != nullptr ? tips[i].taxels()->size() : 0;
       if (count == 0) continue;
       session.taxels[static_cast<std::uint32_t>(i)] = {
           .count = count, .now = std::vector<float>(count), .rows = {}};

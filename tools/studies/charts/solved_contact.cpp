@@ -12,6 +12,7 @@
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/solver/press_tables.hpp"
+#include "core/contact/solver/rigid_contact.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
@@ -122,7 +123,7 @@ std::vector<Case> cases(const SkinParameters& skin) {
          return huber_stress(hertz.at_depth(kDepth_mm), skin.poisson_ratio, r_mm,
                              skin.receptor_depth_mm);
        }},
-      {"cone", cone_height(kConeAngle_deg, 0.0), kDepth_mm / slope,
+      {"cone", cone_height(20.0, kConeAngle_deg, 0.0), kDepth_mm / slope,
        2.0 * modulus * kDepth_mm * kDepth_mm / (std::numbers::pi * slope)},
       plate_on_finger(modulus),
       exact_sphere(modulus),

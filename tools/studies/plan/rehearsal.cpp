@@ -18,13 +18,13 @@ constexpr std::chrono::milliseconds kBeforeTouch{20};
 
 /// Simulates what a device would send.
 std::string stand_in_for(const Scene& scene, std::size_t probe) {
-  const Indenter& tip = scene.model.indenters[probe];
-  if (!tip.prescribed()) return "sim:ramp";
-  const std::string count = std::to_string(tip.taxels.size());
-  return tip.taxels.listed.empty() ? "sim:pad?columns=" + std::to_string(tip.taxels.columns) +
-                                         "&rows=" + std::to_string(tip.taxels.rows) +
-                                         "&pitch_mm=" + shortest_decimal(tip.taxels.pitch_mm)
-                                   : "sim:pad?rows=1&columns=" + count;
+  const TaxelArray* const taxels = scene.model.indenters[probe].taxels();
+  if (taxels == nullptr) return "sim:ramp";
+  const std::string count = std::to_string(taxels->size());
+  return taxels->listed.empty() ? "sim:pad?columns=" + std::to_string(taxels->columns) +
+                                      "&rows=" + std::to_string(taxels->rows) +
+                                      "&pitch_mm=" + shortest_decimal(taxels->pitch_mm)
+                                : "sim:pad?rows=1&columns=" + count;
 }
 
 }  // namespace
