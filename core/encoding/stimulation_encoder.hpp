@@ -11,7 +11,8 @@
 #include "core/encoding/encoded_model.hpp"
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/encoding/field_activity.hpp"
-#include "core/encoding/okorokova.hpp"
+#include "core/encoding/field_touch.hpp"
+#include "core/encoding/group_pulses.hpp"
 #include "core/encoding/stimulation_limiter.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/spike_event.hpp"
@@ -66,9 +67,9 @@ class StimulationEncoder {
   }
   /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
-  /// Number of afferents in an electrode's field.
+  /// Number of afferents in the field of an electrode or of its group.
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
-    return activity_.afferents(electrode);
+    return activity_.afferents(encoding_.of_electrode[electrode]);
   }
 
  private:
@@ -77,11 +78,6 @@ class StimulationEncoder {
     double amplitude = 0.0;
     double frequency = 0.0;
   };
-  /// The contacts that reach an electrode's field.
-  struct FieldContact {
-    double force_mN = 0.0;  ///< of all contacts
-    double depth_mm = 0.0;  ///< of the deepest contact
-  };
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
   bool find_stops(const Tick& tick) noexcept;
@@ -89,17 +85,16 @@ class StimulationEncoder {
   void advance_histories(const Tick& tick, bool first) noexcept;
   [[nodiscard]] std::size_t collect_pulses(const Tick& tick) noexcept;
   void update(std::span<StimulationCommand> commands) noexcept;
-  [[nodiscard]] FieldContact contact(const Electrode& electrode,
-                                     std::span<const Press> presses) const noexcept;
-  [[nodiscard]] Drive drive(std::size_t electrode) const noexcept;
+  [[nodiscard]] Drive drive(std::size_t source) const noexcept;
 
   EncodingParameters parameters_;
   std::chrono::nanoseconds tick_;
   std::vector<std::size_t> patch_of_probe_;
+  EncoderSources encoding_;
   FieldActivity activity_;
+  FieldTouch touch_;
+  GroupPulses group_pulses_;
   StimulationLimiter limiter_;
-  std::vector<DepthHistory> depths_;  ///< by electrode
-  std::vector<double> force_N_;       ///< by electrode
   std::vector<Stop> stop_of_patch_;
   /// By patch: a run that starts in the middle of a press has an onset that was none. Spikes before
   /// this time do not count.

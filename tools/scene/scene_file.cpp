@@ -14,6 +14,7 @@
 #include "drivers/probes/probe_channels.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/scene/scene_stimulation.hpp"
 #include "tools/scene/scene_table.hpp"
 
 namespace merkel {
@@ -46,23 +47,6 @@ void read_neuron(SceneTable table, TactileModel::Parameters& model) {
   table.finish();
 }
 
-/// Calls `read` for the table `key`, or for each table of the array `key`.
-template <class Read>
-void for_each_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
-  const toml::node* const node = root.find(key);
-  if (node == nullptr) return;
-  if (const toml::table* const one = node->as_table()) {
-    read(*one);
-  } else if (const toml::array* const several = node->as_array();
-             several != nullptr && several->is_array_of_tables()) {
-    for (const toml::node& each : *several) read(*each.as_table());
-  } else {
-    findings.fail(node->source(), std::string(key) + " must be a table: write [" +
-                                      std::string(key) + "], or [[" + std::string(key) +
-                                      "]] once for each of them");
-  }
-}
-
 /// Drops the probes of a preset that press on patches which the scene does not have.
 void drop_unused_probes(Scene& scene) {
   std::size_t kept = 0;
@@ -74,19 +58,6 @@ void drop_unused_probes(Scene& scene) {
   }
   scene.probes.resize(kept);
   scene.model.indenters.resize(kept);
-}
-
-/// Calls `read` for the table `key`, if there is one.
-template <class Read>
-void with_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
-  const toml::node* const node = root.find(key);
-  if (node == nullptr) return;
-  if (const toml::table* const table = node->as_table()) {
-    read(SceneTable(*table, std::string(key), findings));
-  } else {
-    findings.fail(node->source(),
-                  std::string(key) + " must be a table: write [" + std::string(key) + "]");
-  }
 }
 
 void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
@@ -190,20 +161,6 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   for (std::size_t i = 0; i < scene.probes.size(); ++i) to_centre(i);
 }
 
-void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
-  for_each_table(root, "electrode", findings, [&](const toml::table& table) {
-    const std::size_t number = scene.encoding.electrodes.size();
-    Electrode& electrode = scene.encoding.electrodes.emplace_back();
-    electrode.name = "E" + std::to_string(number + 1);
-    // Messages name the electrode.
-    const auto own = table["name"].value<std::string>();
-    const std::string label = own && is_electrode_name(*own) ? *own : electrode.name;
-    SceneTable(table, "electrode[" + label + "]", findings)
-        .read(electrode_keys(scene, number))
-        .finish();
-  });
-}
-
 void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
   table.read(bind_fields(skin));
   if (table.has("radius_mm") && !table.has("radius_along_mm")) flatten_if_infinite(skin);
@@ -220,13 +177,6 @@ void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
     SceneTable(layer, "skin.layer", findings).read(bind_fields(read)).finish();
   });
   table.finish();
-}
-
-/// A file that a scene names: beside the scene's file, or else as it is.
-std::string beside_scene(const std::string& scene_file, const std::string& name) {
-  std::error_code ignored;
-  const std::string beside = (std::filesystem::path(scene_file).parent_path() / name).string();
-  return std::filesystem::exists(beside, ignored) ? beside : name;
 }
 
 /// The heights of measured shapes, whose names are relative to the folder of the scene's file.
@@ -272,11 +222,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   read("loop", loop_keys(scene));
   read_devices(top, findings, scene);
   read_probes(top, findings, scene);
-  read_electrodes(top, findings, scene);
-  read("stimulation", bind_fields(scene.encoding.stimulation));
-  for (Electrode& each : scene.encoding.electrodes) {
-    if (each.frequency_Hz.empty()) each.frequency_Hz = scene.encoding.stimulation.frequency_Hz;
-  }
+  read_stimulation(top, findings, scene);
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();

@@ -21,8 +21,8 @@ Choice patch_choice(std::size_t& patch) {
           [](void* at, std::size_t index) { *static_cast<std::size_t*>(at) = index; }};
 }
 
-/// A device of the scene, by name; none: the probe has a uri of its own.
-Choice device_choice(std::optional<std::size_t>& device) {
+/// A device or a group of the scene, by name; may be none.
+Choice named_choice(std::optional<std::size_t>& device) {
   return {
       &device,
       [](const void* at) -> std::optional<std::size_t> {
@@ -40,15 +40,21 @@ constexpr Field kPatch[] = {{"patch", "", any_value(),
 constexpr Field kDevice[] = {{"device", "", any_value(),
                               "name of the [[device]] that feeds the probe",
                               [](void* probe) -> FieldPointer {
-                                return device_choice(static_cast<Scene::OfProbe*>(probe)->device);
+                                return named_choice(static_cast<Scene::OfProbe*>(probe)->device);
                               },
                               "uri"}};
-constexpr Field kElectrodePatch[] = {
+constexpr Field kElectrodePlace[] = {
     {"patch", "", any_value(), "name of the [[receptors]] that the field lies on",
      [](void* electrode) -> FieldPointer {
        return patch_choice(static_cast<Electrode*>(electrode)->patch);
      },
-     "the first"}};
+     "the first"},
+    {"group", "", any_value(),
+     "name of the [[electrode_group]] that it belongs to, which sets its encoder and frequency",
+     [](void* electrode) -> FieldPointer {
+       return named_choice(static_cast<Electrode*>(electrode)->group);
+     },
+     "it acts alone"}};
 
 }  // namespace
 
@@ -164,11 +170,31 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   return keys;
 }
 
-BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
+BoundFields group_keys(Scene& scene, std::size_t group) {
+  ElectrodeGroup& bound = scene.encoding.groups[group];
   BoundFields keys;
-  bind_fields({"electrode", kElectrodePatch}, &scene.encoding.electrodes[electrode], keys);
-  for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
-  bind_fields(scene.encoding.electrodes[electrode], keys);
+  bind_fields({"electrode_group", Electrode::source_fields().fields}, &bound.pattern, keys);
+  bind_fields(bound, keys);
+  return keys;
+}
+
+BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
+  Electrode& bound = scene.encoding.electrodes[electrode];
+  BoundFields keys;
+  bind_fields({"electrode", kElectrodePlace}, &bound, keys);
+  for (const auto& patch : scene.model.patches) keys[0].words.push_back(patch.name);
+  for (const auto& group : scene.encoding.groups) keys[1].words.push_back(group.pattern.name);
+  BoundFields source;
+  bind_fields(Electrode::source_fields(), &bound, source);
+  if (bound.group) {
+    const bool has_field = scene.encoding.groups[*bound.group].pattern.field_mm.empty();
+    std::erase_if(source, [has_field](const BoundField& key) {
+      const std::string_view name = key.field->key;
+      return name != "name" && !(name == "field_mm" && has_field);
+    });
+  }
+  keys.insert(keys.end(), source.begin(), source.end());
+  bind_fields(bound, keys);
   return keys;
 }
 
@@ -203,6 +229,11 @@ std::vector<SceneSection> sections_of(Scene& scene) {
       {"[network]", "coupling of hodgkin_huxley neurons", bind_fields(model.network)});
   sections.push_back({"[loop]", "ticks and the thread that computes them", loop_keys(scene)});
   sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
+  for (std::size_t i = 0; i < scene.encoding.groups.size(); ++i) {
+    sections.push_back({"[[electrode_group]]",
+                        "electrodes with one field, one drive and staggered pulses",
+                        group_keys(scene, i)});
+  }
   for (std::size_t i = 0; i < scene.encoding.electrodes.size(); ++i) {
     sections.push_back({"[[electrode]]",
                         "an electrode, the area of skin that it represents, and its encoder",
@@ -211,6 +242,11 @@ std::vector<SceneSection> sections_of(Scene& scene) {
   if (!scene.encoding.electrodes.empty()) {
     sections.push_back({"[stimulation]", "limits that no stimulation command exceeds",
                         bind_fields(scene.encoding.stimulation)});
+  }
+  if (!scene.encoding.stimulator.name.empty()) {
+    sections.push_back({"[stimulator]",
+                        "what the stimulator can do: commands are rounded down to it",
+                        bind_fields(scene.encoding.stimulator)});
   }
   return sections;
 }

@@ -136,10 +136,12 @@ std::string scene_keys_text() {
       "`paper`; the top-level\nkey `preset` selects another:\n\n" +
       preset_list("- `", "`: ") +
       "\n`merkel scene NAME` prints a preset as a complete scene file. `[[device]]`, `[[probe]]`, "
-      "`[[skin.layer]]`, `[[receptors]]`, `[[electrode]]` and `[[sink]]`\nmay be repeated; `[[sink]]` has one key, "
+      "`[[skin.layer]]`, `[[receptors]]`, `[[electrode_group]]`, `[[electrode]]` and `[[sink]]`\nmay be repeated; `[[sink]]` has one key, "
       "`uri`.\n";
   Scene scene = *preset_scene("paper");
   scene.encoding.electrodes.push_back({.name = "E1"});
+  scene.encoding.groups.emplace_back();
+  scene.encoding.stimulator.name = "of this scene";
   scene.model.skin.layers.count = 1;
   scene.devices.push_back({});
   for (const SceneSection& section : sections_of(scene)) {

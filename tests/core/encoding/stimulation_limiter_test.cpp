@@ -182,6 +182,8 @@ class RandomRun {
            .phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 5e5))},
            .max_charge_nC = random_.uniform(1.0, 20.0),
            .max_slope_uA_per_s = maybe(random_.uniform(100.0, 1e5), StimulationLimiter::kNone)});
+      electrodes_.back().pulse = 2 * electrodes_.back().phase +
+                                 nanoseconds{static_cast<std::int64_t>(random_.uniform(0.0, 2e5))};
       pulses_.push_back(random_.uniform() < 0.5);
     }
   }
@@ -217,7 +219,7 @@ class RandomRun {
       if (omitted == "frequency") electrode.max_Hz = 1e9;
       if (omitted == "charge") electrode.max_charge_nC = 1e9;
       if (omitted == "slope") electrode.max_slope_uA_per_s = StimulationLimiter::kNone;
-      if (omitted == "phase") electrode.phase /= 10;
+      if (omitted == "pulse") electrode.pulse /= 10;
     }
     return {limits, electrodes};
   }
@@ -270,7 +272,7 @@ TEST(StimulationLimiter, NoOutputExceedsALimit) {
 
 TEST(StimulationLimiter, EveryLimitIsNeeded) {
   for (const std::string limit :
-       {"charge", "total", "slope", "electrodes", "amplitude", "frequency", "phase"}) {
+       {"charge", "total", "slope", "electrodes", "amplitude", "frequency", "pulse"}) {
     int broken = 0;
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       broken += RandomRun(seed).run(limit).empty() ? 0 : 1;
