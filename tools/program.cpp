@@ -49,6 +49,7 @@ int run_merkel(int argc, char** argv) {
       add_replay_command(program);
       add_export_command(program);
       add_compare_command(program);
+      add_compare_encoders_command(program);
       add_batch_command(program);
       add_merge_command(program);
       add_align_command(program);

@@ -18,6 +18,7 @@ void add_record_command(CommandLine& program);
 void add_replay_command(CommandLine& program);
 void add_export_command(CommandLine& program);
 void add_compare_command(CommandLine& program);
+void add_compare_encoders_command(CommandLine& program);
 void add_doctor_command(CommandLine& program);
 void add_probes_command(CommandLine& program);
 void add_connect_command(CommandLine& program);
