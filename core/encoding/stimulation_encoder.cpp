@@ -162,6 +162,7 @@ StimulationEncoder::StimulationEncoder(const EncodingParameters& parameters,
       touch_(encoding_.sources, model),
       group_pulses_(parameters),
       limiter_(limits_of(parameters, model.tick), limits_of_electrodes(parameters)),
+      steps_(parameters),
       stop_of_patch_(model.patches.size()),
       settled_(model.patches.size()),
       commands_(parameters.electrodes.size() +
@@ -192,7 +193,8 @@ std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) n
   activity_.advance(tick.spikes, end);
   advance_histories(tick, first);
   const std::size_t pulses =
-      limiter_.limit_pulses(std::span(commands_).first(collect_pulses(tick)), end - tick_);
+      steps_.round_pulses(std::span(commands_).first(limiter_.limit_pulses(
+          std::span(commands_).first(collect_pulses(tick)), end - tick_)));
   if (end < next_update_ && !stopped) return std::span(commands_).first(pulses);
   if (end >= next_update_) {
     const nanoseconds period = parameters_.stimulation.update;
@@ -336,6 +338,7 @@ void StimulationEncoder::update(std::span<StimulationCommand> commands) noexcept
   }
   group_pulses_.take(commands);
   limiter_.limit_update(commands);
+  steps_.round_down(commands);
 }
 
 }  // namespace merkel

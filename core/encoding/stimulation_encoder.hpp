@@ -14,6 +14,7 @@
 #include "core/encoding/field_touch.hpp"
 #include "core/encoding/group_pulses.hpp"
 #include "core/encoding/stimulation_limiter.hpp"
+#include "core/encoding/stimulator_profile.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
@@ -22,7 +23,7 @@
 namespace merkel {
 
 /// Converts a model's touch to stimulation commands, one tick at a time: encoders, then one
-/// limiter.
+/// limiter, then the steps of the stimulator.
 ///
 /// Research software: it does not drive an implant by itself, and nothing here makes a stimulation
 /// safe.
@@ -65,6 +66,10 @@ class StimulationEncoder {
   [[nodiscard]] const StimulationLimiter::Clippings& clippings() const noexcept {
     return limiter_.clippings();
   }
+  /// What rounding to the steps of the stimulator has taken away.
+  [[nodiscard]] const StimulatorSteps::Counts& rounding() const noexcept {
+    return steps_.counts();
+  }
   /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
   /// Number of afferents in the field of an electrode or of its group.
@@ -95,6 +100,7 @@ class StimulationEncoder {
   FieldTouch touch_;
   GroupPulses group_pulses_;
   StimulationLimiter limiter_;
+  StimulatorSteps steps_;
   std::vector<Stop> stop_of_patch_;
   /// By patch: a run that starts in the middle of a press has an onset that was none. Spikes before
   /// this time do not count.

@@ -20,6 +20,7 @@ StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick
     : update_(parameters.stimulation.update),
       tick_(tick),
       watchdog_(parameters.stimulation.watchdog),
+      steps_(parameters),
       lines_(parameters.electrodes.size()) {
   for (const Electrode& each : parameters.electrodes) {
     patch_of_electrode_.push_back(each.patch);
@@ -147,8 +148,10 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
     if (!(command.amplitude_uA > 0.0)) command.amplitude_uA = command.frequency_Hz = 0.0;
     line.amplitude_uA = command.amplitude_uA;
     line.frequency_Hz = command.frequency_Hz;
-    leave(command, moment);
   }
+  // The slope goes on from what was allowed, not from the step below it.
+  steps_.round_down(update);
+  for (const StimulationCommand& command : update) leave(command, moment);
   last_sent_ = moment.now;
 }
 
@@ -172,7 +175,7 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   line.pulse = moment.now;
   pulse.heartbeat = heartbeat_;
   last_time_ = std::max(last_time_, pulse.time);
-  leave(pulse, moment);
+  if (steps_.round_pulses({&pulse, 1}) > 0) leave(pulse, moment);
 }
 
 double StimulationGate::risen_uA(const StimulationCommand& command, double from_uA,

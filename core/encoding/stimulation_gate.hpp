@@ -91,6 +91,7 @@ class StimulationGate {
   Time update_;
   Time tick_;
   Time watchdog_;
+  StimulatorSteps steps_;  ///< of what the slope in wall time has changed
   std::vector<Line> lines_;
   std::vector<StimulationCommand> update_commands_;  ///< the parts of an update so far
   std::vector<StimulationCommand> off_;

@@ -9,7 +9,7 @@ namespace merkel {
 using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
-StimulationOutlet::StimulationOutlet(const EncodingParameters& parameters) {
+StimulationOutlet::StimulationOutlet(const EncodingParameters& parameters) : steps_(parameters) {
   for (const Electrode& each : parameters.electrodes) {
     max_slope_uA_per_s_.push_back(
         ElectrodeLimits::of(each, parameters.stimulation).max_slope_uA_per_s);
@@ -58,13 +58,15 @@ StimulationOutlet::Treatment StimulationOutlet::treatment_of_update(const SentCo
   return Treatment::kOff;
 }
 
-void StimulationOutlet::limit(StimulationCommand& command, Time now) const noexcept {
+void StimulationOutlet::limit(StimulationCommand& command, Time now) noexcept {
   if (!since_ || command.electrode >= max_slope_uA_per_s_.size()) return;
   // The gate's amplitudes rise no faster than the slope, so the smaller of both does neither. An
   // infinite slope limits nothing, also after no time: the comparison with NaN is false.
   const double highest_uA =
       max_slope_uA_per_s_[command.electrode] * units::s_from(std::max(now - *since_, Time{0}));
-  command.amplitude_uA = std::min(command.amplitude_uA, highest_uA);
+  if (!(command.amplitude_uA > highest_uA)) return;
+  command.amplitude_uA = highest_uA;
+  steps_.round_down({&command, 1});
   if (!(command.amplitude_uA > 0.0)) command.frequency_Hz = 0.0;
 }
 

@@ -37,9 +37,10 @@ class StimulationOutlet {
  private:
   enum class Treatment : std::uint8_t { kPass, kRefuse, kOff };
   [[nodiscard]] Treatment treatment_of_update(const SentCommand& first, Time now) noexcept;
-  void limit(StimulationCommand& command, Time now) const noexcept;
+  void limit(StimulationCommand& command, Time now) noexcept;
 
   std::vector<double> max_slope_uA_per_s_;  ///< by electrode
+  StimulatorSteps steps_;
   std::vector<SentCommand> leaving_;
   std::vector<SentCommand> refused_;
   Treatment update_ = Treatment::kPass;  ///< of the update whose parts arrive

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 #include <numeric>
 #include <string_view>
 
@@ -111,8 +111,7 @@ StimulatorSteps::StimulatorSteps(const EncodingParameters& encoding)
       min_uA_(encoding.stimulator.min_amplitude_uA),
       min_Hz_(encoding.stimulator.min_frequency_Hz),
       step_Hz_(encoding.stimulator.frequency_step_Hz),
-      most_waveforms_(static_cast<std::size_t>(
-          encoding.stimulator.waveforms.value_or(std::numeric_limits<std::int64_t>::max()))) {
+      most_waveforms_(encoding.stimulator.waveforms) {
   for (const Electrode& each : encoding.electrodes) {
     const ElectrodeLimits limits = ElectrodeLimits::of(each, encoding.stimulation);
     // The second phase carries phase/second_phase of the current, which must be on a step as well.
@@ -121,7 +120,7 @@ StimulatorSteps::StimulatorSteps(const EncodingParameters& encoding)
     phase_.push_back(limits.phase);
     step_uA_.push_back(steps * encoding.stimulator.amplitude_step_uA);
   }
-  seen_.reserve(encoding.electrodes.size());
+  seen_.reserve(static_cast<std::size_t>(most_waveforms_.value_or(0)) + 1);
 }
 
 StimulationCommand StimulatorSteps::rounded(const StimulationCommand& command,
@@ -137,8 +136,9 @@ StimulationCommand StimulatorSteps::rounded(const StimulationCommand& command,
   return result;
 }
 
-std::size_t StimulatorSteps::waveforms(std::span<const StimulationCommand> commands,
-                                       double coarseness) noexcept {
+bool StimulatorSteps::suffice(std::span<const StimulationCommand> commands,
+                              double coarseness) noexcept {
+  if (!most_waveforms_) return true;
   seen_.clear();
   for (const StimulationCommand& each : commands) {
     const StimulationCommand result = rounded(each, coarseness);
@@ -148,16 +148,26 @@ std::size_t StimulatorSteps::waveforms(std::span<const StimulationCommand> comma
              other.frequency_Hz == result.frequency_Hz &&
              phase_[other.electrode] == phase_[result.electrode];
     });
-    if (!known) seen_.push_back(result);
-    if (seen_.size() > most_waveforms_) break;
+    if (known) continue;
+    if (std::ssize(seen_) == *most_waveforms_) return false;
+    seen_.push_back(result);
   }
-  return seen_.size();
+  return true;
+}
+
+std::size_t StimulatorSteps::round_pulses(std::span<StimulationCommand> pulses) noexcept {
+  if (!active_) return pulses.size();
+  round_down(pulses);
+  const auto end = std::remove_if(pulses.begin(), pulses.end(), [](const auto& pulse) {
+    return !(pulse.amplitude_uA > 0.0);
+  });
+  return static_cast<std::size_t>(end - pulses.begin());
 }
 
 void StimulatorSteps::round_down(std::span<StimulationCommand> commands) noexcept {
   if (!active_) return;
   double coarseness = 1.0;
-  while (waveforms(commands, coarseness) > most_waveforms_) coarseness *= 2.0;
+  while (!suffice(commands, coarseness)) coarseness *= 2.0;
   for (StimulationCommand& command : commands) {
     const StimulationCommand before = command;
     command = rounded(before, coarseness);

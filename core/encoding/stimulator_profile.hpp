@@ -56,19 +56,22 @@ class StimulatorSteps {
   /// Rounds, in place, commands that leave together. If they need more different waveforms than the
   /// stimulator holds, the steps double until they suffice.
   void round_down(std::span<StimulationCommand> commands) noexcept;
+  /// The same for pulses; moves those that are left to the front. \return their number
+  [[nodiscard]] std::size_t round_pulses(std::span<StimulationCommand> pulses) noexcept;
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
 
  private:
   [[nodiscard]] StimulationCommand rounded(const StimulationCommand& command,
                                            double coarseness) const noexcept;
-  [[nodiscard]] std::size_t waveforms(std::span<const StimulationCommand> commands,
-                                      double coarseness) noexcept;
+  /// Whether commands need no more waveforms than the stimulator holds.
+  [[nodiscard]] bool suffice(std::span<const StimulationCommand> commands,
+                             double coarseness) noexcept;
 
   bool active_;
   double min_uA_;
   double min_Hz_;
   double step_Hz_;
-  std::size_t most_waveforms_;
+  std::optional<std::int64_t> most_waveforms_;
   std::vector<double> step_uA_;  ///< by electrode: keeps the second phase on a step too
   std::vector<std::chrono::nanoseconds> phase_;
   std::vector<StimulationCommand> seen_;  ///< one per waveform

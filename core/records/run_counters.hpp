@@ -37,6 +37,9 @@ struct RunCountersOf : DeviceCountersOf<Cell> {
   Cell demotions{};
   Cell commands{};
   Cell commands_limited{};
+  Cell commands_rounded{};
+  Cell largest_rounding_nA{};
+  Cell largest_rounding_mHz{};
   Cell commands_dropped{};
   Cell stimulation_stops{};
   Cell commands_withheld{};
@@ -98,6 +101,12 @@ inline constexpr auto kRunCounterFields = [] {
       Row{"commands", "", "stimulation commands", &Counters::commands},
       Row{"commands_limited", "", "number of times that a stimulation limit took effect",
           &Counters::commands_limited},
+      Row{"commands_rounded", "", "stimulation commands rounded down to a step of the stimulator",
+          &Counters::commands_rounded},
+      Row{"largest_rounding_nA", "nA", "most that rounding took from an amplitude",
+          &Counters::largest_rounding_nA},
+      Row{"largest_rounding_mHz", "mHz", "most that rounding took from a frequency",
+          &Counters::largest_rounding_mHz},
       Row{"commands_dropped", "", "stimulation commands dropped: the queue of a sink was full",
           &Counters::commands_dropped, true},
       Row{"stimulation_stops", "", "number of times that a fault switched stimulation off",

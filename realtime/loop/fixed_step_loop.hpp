@@ -265,6 +265,12 @@ class FixedStepLoop {
     statistics_.commands.add(commands.size());
     statistics_.commands_limited.raise_to(step_.encoder()->clippings().all());
     statistics_.stimulation_stops.raise_to(step_.encoder()->stops());
+    const StimulatorSteps::Counts& rounding = step_.encoder()->rounding();
+    if (rounding.rounded == 0) return;
+    statistics_.commands_rounded.raise_to(rounding.rounded);
+    statistics_.largest_rounding_nA.raise_to(static_cast<std::uint64_t>(1e3 * rounding.largest_uA));
+    statistics_.largest_rounding_mHz.raise_to(
+        static_cast<std::uint64_t>(1e3 * rounding.largest_Hz));
   }
 
   /// Counts what a tick made and how long it took.
