@@ -132,9 +132,9 @@ std::string ElectrodeGroup::key(std::string_view field) const {
 
 FieldTable Electrode::source_fields() {
   using E = Electrode;
-  static constexpr std::string_view kEncoders[] = {"rate",      "recruited", "pulse_per_spike",
-                                                   "linear",    "okorokova", "linear_amplitude",
-                                                   "biomimetic"};
+  static constexpr std::string_view kEncoders[] = {"rate",       "recruited", "pulse_per_spike",
+                                                   "linear",     "okorokova", "linear_amplitude",
+                                                   "biomimetic", "own"};
   static constexpr Field kFields[] = {
       {"name", "", any_value(), "name: letters, digits, '_', '-' or '.'", at<&E::name>},
       {"field_mm", "mm", from_to(-1e4, 1e4),

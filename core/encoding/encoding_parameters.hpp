@@ -24,6 +24,7 @@ enum class EncoderKind : std::uint8_t {
   kOkorokova,        ///< depth, velocity and acceleration, by the model of Okorokova et al. (2018)
   kLinearAmplitude,  ///< `linear`, at the strongest frequency throughout
   kBiomimetic,       ///< force and its rate of change, at the strongest frequency throughout
+  kOwn,              ///< given from outside: StimulationEncoder::set_drive()
 };
 
 /// Which phase of a pulse comes first.

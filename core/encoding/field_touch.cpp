@@ -1,6 +1,5 @@
 #include "core/encoding/field_touch.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
@@ -17,7 +16,6 @@ FieldTouch::FieldTouch(std::span<const EncoderSource> sources, const EncodedMode
 }
 
 void FieldTouch::reset() noexcept {
-  std::fill(force_N_.begin(), force_N_.end(), 0.0);
   for (TouchHistory& each : history_) each.reset(0.0);
 }
 

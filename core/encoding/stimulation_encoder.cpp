@@ -161,6 +161,7 @@ StimulationEncoder::StimulationEncoder(const EncodingParameters& parameters,
       activity_(encoding_.sources, model),
       touch_(encoding_.sources, model),
       group_pulses_(parameters),
+      own_(encoding_.sources.size()),
       limiter_(limits_of(parameters, model.tick), limits_of_electrodes(parameters)),
       steps_(parameters),
       stop_of_patch_(model.patches.size()),
@@ -172,6 +173,7 @@ void StimulationEncoder::reset() noexcept {
   activity_.reset();
   touch_.reset();
   group_pulses_.reset();
+  std::fill(own_.begin(), own_.end(), Drive{});
   std::fill(stop_of_patch_.begin(), stop_of_patch_.end(), Stop::kNone);
   last_end_.reset();
   heartbeat_ = 0;
@@ -192,9 +194,8 @@ std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) n
   last_end_ = end;
   activity_.advance(tick.spikes, end);
   advance_histories(tick, first);
-  const std::size_t pulses =
-      steps_.round_pulses(std::span(commands_).first(limiter_.limit_pulses(
-          std::span(commands_).first(collect_pulses(tick)), end - tick_)));
+  const std::size_t pulses = steps_.round_pulses(std::span(commands_).first(
+      limiter_.limit_pulses(std::span(commands_).first(collect_pulses(tick)), end - tick_)));
   if (end < next_update_ && !stopped) return std::span(commands_).first(pulses);
   if (end >= next_update_) {
     const nanoseconds period = parameters_.stimulation.update;
@@ -309,6 +310,8 @@ StimulationEncoder::Drive StimulationEncoder::drive(std::size_t source) const no
       const double amplitude = sustained + changing;
       return {.amplitude = amplitude < kLeastDrive ? 0.0 : amplitude, .frequency = 1.0};
     }
+    case EncoderKind::kOwn:
+      return own_[source];
   }
   return {};
 }

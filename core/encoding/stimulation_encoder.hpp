@@ -51,6 +51,13 @@ class StimulationEncoder {
   /// Switches everything off and clears the history. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
 
+  /// The drive of an electrode whose encoder is `own`, and of its group, from the next update on: 0
+  /// (off) to 1 (strongest). Until then, and after reset(), it is off. Real-time: yes.
+  void set_drive(std::size_t electrode, double amplitude,
+                 double frequency) noexcept MERKEL_REALTIME {
+    own_[encoding_.of_electrode[electrode]] = {.amplitude = amplitude, .frequency = frequency};
+  }
+
   /// Processes the next tick. A tick that does not follow its predecessor is a gap.
   /// \return its commands in order of time, valid until the next call.  Real-time: yes.
   std::span<const StimulationCommand> step(const Tick& tick) noexcept MERKEL_REALTIME;
@@ -67,9 +74,7 @@ class StimulationEncoder {
     return limiter_.clippings();
   }
   /// What rounding to the steps of the stimulator has taken away.
-  [[nodiscard]] const StimulatorSteps::Counts& rounding() const noexcept {
-    return steps_.counts();
-  }
+  [[nodiscard]] const StimulatorSteps::Counts& rounding() const noexcept { return steps_.counts(); }
   /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
   /// Number of afferents in the field of an electrode or of its group.
@@ -99,6 +104,7 @@ class StimulationEncoder {
   FieldActivity activity_;
   FieldTouch touch_;
   GroupPulses group_pulses_;
+  std::vector<Drive> own_;  ///< by source
   StimulationLimiter limiter_;
   StimulatorSteps steps_;
   std::vector<Stop> stop_of_patch_;

@@ -82,18 +82,21 @@ for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*
   [ -e "$file" ] && core+=("${file#"$source"/}")
 done
 core+=(drivers/files/csv_text.cpp drivers/uri.cpp)
-scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
-  drivers/files/{height_map_file,toml,toml_guard}.cpp realtime/threads/thread_setup.cpp)
+scenes=(tools/scene/scene_{file,keys,stimulation,table,presets,writer}.cpp tools/scene/loop_settings.cpp
+  drivers/files/{height_map_file,input_file,toml,toml_guard}.cpp realtime/threads/thread_setup.cpp)
+profiles=$work/stimulator_profiles.cpp
+cmake -DNAME=kStimulatorProfiles "-DOUT=$profiles" -DHEADER=tools/embedded_text.hpp \
+  "-DFILES=$(printf '%s;' "$source"/tools/scene/stimulators/*.toml)" -P "$source/drivers/files/embed_texts.cmake"
 # One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
   "${sessions[@]}" drivers/sessions/session_{headers,layout,writer}.cpp drivers/sinks/afferent_table.cpp \
   drivers/clock/clock_pair.cpp drivers/files/{file_rename,input_file,output_file}.cpp
-fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
+fuzz scene 2048 "-lhwy $profiles" scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
 # A single run may take 10 s and 2 GB.
 limits=(-timeout=10 -rss_limit_mb=2048)
 seconds=${MERKEL_FUZZ_SECONDS:-60}
-fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
+fuzz scene_run 64 "-lhwy $profiles" scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
 limits=()
 seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \

@@ -213,6 +213,7 @@ void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string r
   }
   for (Electrode electrode : own.encoding.electrodes) {
     electrode.patch += patches;
+    electrode.group.reset();  // its settings hold those of the group
     run_.encoding.electrodes.push_back(std::move(electrode));
   }
   run_.probes.insert(run_.probes.end(), own.probes.begin(), own.probes.end());

@@ -227,6 +227,13 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 }
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
+  for (const Electrode& each : scene.encoding.electrodes) {
+    if (each.encoder != EncoderKind::kOwn) continue;
+    return bad_input(
+        "the electrode " + each.name +
+        " has encoder = \"own\", whose drives come from Stream.set_drive() in Python; a run "
+        "has none: choose another encoder");
+  }
   PreparedRun run;
   note_files_of(scene);
   if (auto notice = leave_one_core(scene.loop); !notice.empty()) {

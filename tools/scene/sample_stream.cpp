@@ -115,6 +115,21 @@ std::span<const SpikeEvent> SampleStream::finish() {
   return spikes_;
 }
 
+Expected<void, SetupError> SampleStream::set_drive(const std::string& electrode, double amplitude,
+                                                   double frequency) {
+  const auto& electrodes = scene_.encoding.electrodes;
+  const auto found = std::find_if(electrodes.begin(), electrodes.end(), [&](const Electrode& each) {
+    return each.name == electrode && each.encoder == EncoderKind::kOwn;
+  });
+  if (found == electrodes.end()) {
+    return bad_input("the scene has no electrode \"" + electrode +
+                     "\" with encoder = \"own\": set that in its [[electrode]] or "
+                     "[[electrode_group]]");
+  }
+  encoder_->set_drive(static_cast<std::size_t>(found - electrodes.begin()), amplitude, frequency);
+  return {};
+}
+
 std::optional<std::chrono::nanoseconds> SampleStream::time() const noexcept {
   return ticks_ > 0 ? next_ : std::nullopt;
 }

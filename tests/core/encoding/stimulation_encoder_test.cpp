@@ -440,6 +440,66 @@ TEST(StimulationEncoder, KeepsEveryLimitAndStopsAtEveryFault) {
   EXPECT_GT(on, 190);
 }
 
+TEST(StimulationEncoder, AnOwnDriveStaysWithinTheRangesAndTheLimits) {
+  auto parameters = encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0)});
+  parameters.stimulation.max_slope_uA_per_s = 2000.0;
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  const auto next = [&] {
+    StimulationCommand last;
+    for (int k = 0; k < 10; ++k) {
+      for (const auto& command : feed.step()) last = command;
+    }
+    return last;
+  };
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.set_drive(0, 5.0, 0.5);
+  EXPECT_DOUBLE_EQ(next().amplitude_uA, 20.0);  // 2000 µA/s for 10 ms
+  EXPECT_DOUBLE_EQ(next().amplitude_uA, 40.0);
+  next();
+  const auto strongest = next();
+  EXPECT_DOUBLE_EQ(strongest.amplitude_uA, 80.0);
+  EXPECT_DOUBLE_EQ(strongest.frequency_Hz, 100.0);
+  encoder.set_drive(0, std::nan(""), 0.5);
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  EXPECT_EQ(encoder.clippings().invalid, 1U);
+  encoder.set_drive(0, -1.0, 1.0);
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.set_drive(0, 1.0, 1.0);
+  feed.state = State::kReleased;
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.reset();
+  feed.state = State::kFollowing;
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+}
+
+TEST(StimulationEncoder, WhatTheStimulatorCannotGiveIsRoundedAway) {
+  auto parameters = encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0),
+                                 electrode_at("E2", EncoderKind::kPulsePerSpike, 15.0, 10.0, 3.0)});
+  parameters.electrodes[1].amplitude_uA = {0.0, 30.5};
+  parameters.stimulator.name = "box";
+  parameters.stimulator.amplitude_step_uA = 1.0;
+  parameters.stimulator.frequency_step_Hz = 1.0;
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  encoder.set_drive(0, 0.51, 0.5025);
+  feed.spike(nanoseconds{1}, 10 * 30 + 15);
+  const auto commands = feed.step();
+  ASSERT_EQ(commands.size(), 3U);
+  EXPECT_EQ(commands[0].amplitude_uA, 30.0);
+  EXPECT_EQ(commands[1].amplitude_uA, 50.0);   // 50.6
+  EXPECT_EQ(commands[1].frequency_Hz, 100.0);  // 100.5
+  EXPECT_EQ(encoder.rounding().rounded, 2U);
+  EXPECT_NEAR(encoder.rounding().largest_uA, 0.6, 1e-9);
+  EXPECT_NEAR(encoder.rounding().largest_Hz, 0.5, 1e-9);
+  // A pulse below the weakest amplitude is none.
+  parameters.stimulator.min_amplitude_uA = 31.0;
+  auto none = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed again(none, kTick);
+  again.spike(nanoseconds{1}, 10 * 30 + 15);
+  EXPECT_EQ(again.step().size(), 2U);
+}
+
 TEST(StimulationEncoder, IsDeterministic) {
   const auto run = [] {
     auto encoder = *StimulationEncoder::create(
