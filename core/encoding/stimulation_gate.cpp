@@ -21,11 +21,14 @@ StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick
       tick_(tick),
       watchdog_(parameters.stimulation.watchdog),
       steps_(parameters),
-      lines_(parameters.electrodes.size()) {
+      lines_(parameters.electrodes.size()),
+      group_pulse_end_(parameters.groups.size(), Time::min()) {
   for (const Electrode& each : parameters.electrodes) {
     patch_of_electrode_.push_back(each.patch);
-    max_slope_uA_per_s_.push_back(
-        ElectrodeLimits::of(each, parameters.stimulation).max_slope_uA_per_s);
+    const ElectrodeLimits limits = ElectrodeLimits::of(each, parameters.stimulation);
+    max_slope_uA_per_s_.push_back(limits.max_slope_uA_per_s);
+    pulse_length_.push_back(limits.pulse);
+    group_.push_back(each.group);
     // The pulses of a tick leave together, so their times are known to a tick.
     const Time interval{static_cast<std::int64_t>(std::ceil(1e9 / each.frequency_Hz[1]))};
     pulse_interval_.push_back(interval - std::min(interval, tick));
@@ -162,7 +165,9 @@ void StimulationGate::leave(const StimulationCommand& command, const Moment& mom
 
 void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment) {
   Line& line = lines_[pulse.electrode];
-  const bool soon = line.pulse && moment.now - *line.pulse < pulse_interval_[pulse.electrode];
+  const auto group = group_[pulse.electrode];
+  const bool soon = (line.pulse && moment.now - *line.pulse < pulse_interval_[pulse.electrode]) ||
+                    (group && moment.now < group_pulse_end_[*group]);
   // The budget of a pulse rests on the update before it.
   if (needs_update_ || line.stopped || line.stale || soon || !fresh(pulse, moment)) {
     ++counts_.withheld;
@@ -173,6 +178,7 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   line.pulse_uA = pulse.amplitude_uA;
   line.pulse_from = moment.now;
   line.pulse = moment.now;
+  if (group) group_pulse_end_[*group] = moment.now + pulse_length_[pulse.electrode];
   pulse.heartbeat = heartbeat_;
   last_time_ = std::max(last_time_, pulse.time);
   if (steps_.round_pulses({&pulse, 1}) > 0) leave(pulse, moment);

@@ -86,13 +86,17 @@ class StimulationGate {
                                 Time elapsed) noexcept;
 
   std::vector<std::size_t> patch_of_electrode_;
-  std::vector<Time> pulse_interval_;        ///< smallest in wall time, by electrode
-  std::vector<double> max_slope_uA_per_s_;  ///< by electrode
+  std::vector<Time> pulse_interval_;               ///< smallest in wall time, by electrode
+  std::vector<double> max_slope_uA_per_s_;         ///< by electrode
+  std::vector<std::optional<std::size_t>> group_;  ///< by electrode
+  std::vector<Time> pulse_length_;                 ///< by electrode
   Time update_;
   Time tick_;
   Time watchdog_;
   StimulatorSteps steps_;  ///< of what the slope in wall time has changed
   std::vector<Line> lines_;
+  /// By group: of its last pulse, at a receiver that gives it on arrival.
+  std::vector<Time> group_pulse_end_;
   std::vector<StimulationCommand> update_commands_;  ///< the parts of an update so far
   std::vector<StimulationCommand> off_;
   std::vector<SentCommand> leaving_;
