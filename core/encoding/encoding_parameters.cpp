@@ -284,7 +284,17 @@ void EncodingParameters::join_groups() {
 
 Expected<void, ParameterError> EncodingParameters::check() const {
   ParameterCheck check;
-  if (electrodes.empty()) return check.result();
+  if (electrodes.empty()) {
+    return check
+        .require(groups.empty(), "electrode_group.name",
+                 "has no electrodes: add [[electrode]] with group = \"NAME\", or remove it")
+        .result();
+  }
+  for (const Electrode& each : electrodes) {
+    check.require(!each.group || *each.group < groups.size(), each.key("group"),
+                  "is not a group of the scene");
+  }
+  if (!check.result()) return check.result();
   check.require(electrodes.size() <= kMostElectrodes, "electrode",
                 "must not appear more than 256 times");
   check_limits(*this, check);

@@ -83,7 +83,12 @@ std::string encoding_members(const EncodingParameters& encoding) {
     text.append(R"(,"amplitude_uA":)").append(json_list(each.amplitude_uA));
     text.append(R"(,"frequency_Hz":)").append(json_list(each.frequency_Hz));
     const ElectrodeLimits own = ElectrodeLimits::of(each, encoding.stimulation);
+    if (each.group) {
+      const Electrode& pattern = encoding.groups[*each.group].pattern;
+      text.append(R"(,"group":)").append(json_string(pattern.name));
+    }
     text.append(R"(,"phase_us":)").append(phase_us(own.phase));
+    text.append(R"(,"second_phase_us":)").append(phase_us(own.second_phase));
     text.append(R"(,"max_charge_nC":)").append(json_limit(own.max_charge_nC));
     text.append(R"(,"max_amplitude_uA":)").append(json_limit(own.max_amplitude_uA));
     text.append(R"(,"max_slope_uA_per_s":)").append(json_limit(own.max_slope_uA_per_s)).append("}");
@@ -91,7 +96,10 @@ std::string encoding_members(const EncodingParameters& encoding) {
   const StimulationParameters& limits = encoding.stimulation;
   text.append(R"(],"update_ms":)").append(shortest_decimal(units::ms_from(limits.update)));
   text.append(R"(,"phase_us":)").append(phase_us(limits.phase));
-  text.append(R"(,"max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
+  text.append(R"(,"interphase_us":)").append(phase_us(limits.interphase));
+  text.append(R"(,"polarity":")");
+  text.append(limits.polarity == Polarity::kCathodicFirst ? "cathodic_first" : "anodic_first");
+  text.append(R"(","max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
   text.append(R"(,"max_total_uA":)").append(shortest_decimal(limits.max_total_uA));
   text.append(R"(,"max_slope_uA_per_s":)");
   text.append(limits.max_slope_uA_per_s ? shortest_decimal(*limits.max_slope_uA_per_s) : "null");

@@ -43,6 +43,7 @@ void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
     // The group decides which other keys an electrode has.
     BoundFields all = electrode_keys(scene, number);
     reader.read({all.begin(), all.begin() + 2});
+    if (scene.encoding.groups.empty()) electrode.group.reset();
     if (electrode.group) {
       const BoundFields own = electrode_keys(scene, number);
       for (const BoundField& key : all) {
