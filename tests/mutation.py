@@ -24,7 +24,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EQUIVALENT = ROOT / "tests/equivalent_mutations.txt"
 LEAST_KILLED = 0.9
-TEST_S = 60
+TEST_S = 300
 # The longest matching folder decides: its test programs, and which of their tests run.
 SUITES = {
     "core/encoding": {"tests/core/merkel_encoding_tests": "*"},

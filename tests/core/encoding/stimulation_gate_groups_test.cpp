@@ -23,7 +23,9 @@ class GroupedGate {
                                        const std::vector<StimulationCommand>& commands) {
     const auto leaving =
         gate_.pass(commands, {.now = now, .delay = milliseconds{3}, .last_tick = now});
-    return {leaving.begin(), leaving.end()};
+    std::vector<StimulationCommand> commands_left;
+    for (const SentCommand& each : leaving) commands_left.push_back(each.command);
+    return commands_left;
   }
   std::vector<StimulationCommand> update(nanoseconds now, double amplitude_uA) {
     std::vector<StimulationCommand> commands;
