@@ -108,7 +108,7 @@ TEST(ElectrodeScenes, AProfileBecomesTheStimulatorOfTheScene) {
   EXPECT_EQ(again->encoding.stimulator.time_step, std::chrono::microseconds{1});
   EXPECT_EQ(scene_text(*again), scene_text(*scene));
   EXPECT_EQ(refusal(replaced(with, "interphase_us = 53", "interphase_us = 50")),
-            "scene.toml:30: stimulation.interphase_us must be one that the stimulator cerestim "
+            "scene.toml:28: stimulation.interphase_us must be one that the stimulator cerestim "
             "has: 53 to 65535 µs in steps of 1");
   EXPECT_TRUE(has(refusal(replaced(with, "\"cerestim\"", "\"celestim\"")),
                   "is neither a stimulator that merkel knows (cerestim, grapevine) nor a file"));
