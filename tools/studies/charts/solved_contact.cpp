@@ -13,6 +13,7 @@
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/solver/press_tables.hpp"
 #include "core/contact/solver/rigid_contact.hpp"
+#include "core/contact/solver/tip_heights.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
