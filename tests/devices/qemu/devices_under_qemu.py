@@ -330,10 +330,12 @@ def check_card(parts, device, refused):
         check(counts["readings"] >= 3_600_000, "as many scans as an hour has at 1 kHz")
     counts, err = device("comedi_overrun")
     if counts:
-        check(counts["overruns"] == 1 and "its buffer was full" in err, "one overrun, and it says so")
+        # A slow host adds some of its own.
+        check(counts["overruns"] >= 1 and "its buffer was full" in err, "an overrun, and it says so")
         check(counts["outages"] == 0, "it is no outage")
-        # Ten seconds less what two megabytes hold, 6.6 s.
-        check(abs(counts["lost"] - 20_000 * 3.4) < 20_000, "the lost readings are counted")
+        # Of ten seconds, two megabytes hold five.
+        check(counts["lost"] > 100_000, "the lost readings are counted")
+        check(counts["lost"] + counts["readings"] > 25_000 * 29, "all scans of thirty seconds are read or counted")
     code, out, err = parts.get("comedi_connect", (-1, "", ""))
     print("comedi_connect:")
     check(code == 0 and "uri = \"comedi:/dev/comedi0" in out, f"connect writes its scene {err}")

@@ -78,6 +78,7 @@ ssize_t read_card(std::uint8_t* bytes, std::size_t size) {
   if (fake_comedi_card->unplugged) return refuse(ENODEV);
   if (fake_comedi_card->ends_at_once) return 0;
   scan();
+  fake_comedi_card->clock.time += fake_comedi_card->read_time;
   if (open_card.buffer.empty()) return refuse(open_card.failed ? EPIPE : EAGAIN);
   // A node may return any part of what there is.
   const std::size_t count = std::min(size, open_card.buffer.size());

@@ -41,8 +41,9 @@ struct FakeComediCard {
   std::int64_t period_step_ns = 50;
   double drift = 0.0;  ///< of its clock; positive: fast
   int largest_buffer = 1 << 20;
-  int buffer = 1 << 16;  ///< bytes
-  int refused_at = 0;    ///< step of comedi_command_test
+  int buffer = 1 << 16;                   ///< bytes
+  std::chrono::nanoseconds read_time{0};  ///< that a read() takes
+  int refused_at = 0;                     ///< step of comedi_command_test
   int command_error = 0;
 
   // What happens to it.
