@@ -71,10 +71,10 @@ struct DriftRun {
 
 DriftRun run_drift(const TemporaryFolder& folder, const std::string& probe) {
   const std::string scene = folder.file("drift.toml", kDriftScene);
-  const auto run = run_program({"run", scene, "--fast", "--probe", probe, "--sink",
-                                "csv:" + folder.path("s.csv") + "?overwrite=1", "--sink",
-                                "stim-csv:" + folder.path("stim.csv") + "?overwrite=1", "--sink",
-                                "xdf:" + folder.path("s.xdf") + "?overwrite=1"});
+  const auto run =
+      run_program({"run", scene, "--fast", "--overwrite", "--probe", probe, "--sink",
+                   "csv:" + folder.path("s.csv"), "--sink", "stim-csv:" + folder.path("stim.csv"),
+                   "--sink", "xdf:" + folder.path("s.xdf")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   DriftRun made{.spikes_s = {}, .currents = {}, .out = run.out + run.err};
   std::istringstream spikes(read_file(folder.path("s.csv")));
