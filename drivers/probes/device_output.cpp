@@ -48,6 +48,8 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   lacks_value_ = lacks;
   if (lacks) return result;
   if (std::exchange(tared_, false)) sample.touch = Touch::kTared;
+  result.outside = calibration_.is_outside(sample);
+  if (result.outside) sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
   columns.put(sample, row);
   const std::span<double> further = columns.further_in(row);
   for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];
@@ -59,7 +61,6 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
     saturation_again_ = reading.arrival + kSaturationPause;
   }
   saturated_ = result.saturated;
-  result.outside = calibration_.is_outside(sample);
   if (result.outside && !std::exchange(outside_noted_, true)) {
     result.notices.push_back(info_.name + ": the press is outside the calibrated range of " +
                              info_.calibration_file);

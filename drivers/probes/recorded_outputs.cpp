@@ -120,9 +120,12 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
     const std::span<double> row = readings.add(waiting_.head(next_));
     for (std::size_t i = 0; i < infos_.size(); ++i) {
       const ProbeColumns& columns = readings.columns().of(i);
-      const ProbeSample sample = infos_[i].taxels > 0
-                                     ? array_sample(i, reading, next_, columns.taxels_in(row))
-                                     : calibrations_[i].apply(reading);
+      ProbeSample sample = infos_[i].taxels > 0
+                               ? array_sample(i, reading, next_, columns.taxels_in(row))
+                               : calibrations_[i].apply(reading);
+      if (calibrations_[i].is_outside(sample)) {
+        sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
+      }
       columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
       if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }

@@ -81,9 +81,8 @@ TEST(Units, ATraceTakesFactorsAndZeroFromACalibration) {
   const auto run = run_program(
       {"run", "--fast", "--json", "--probe", "replay:" + trace + "?calibration=" + file});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NEAR(
-      nlohmann::json::parse(run.out)["probes"][0]["deepest_press"]["force_mN"].get<double>(), 137.5,
-      0.5);
+  EXPECT_NEAR(nlohmann::json::parse(run.out)["probes"][0]["deepest_press"]["force_N"].get<double>(),
+              0.1375, 0.0005);
   // What is in N already is not calibrated a second time.
   const auto twice =
       run_program({"run", "--fast", "--probe", "replay:" + newtons + "?calibration=" + file});
