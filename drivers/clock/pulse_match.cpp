@@ -92,6 +92,14 @@ struct Placement {
   std::size_t matched = 0;
   double drift = 0.0;
 
+  /// Pulses that have the same partner in another one.
+  [[nodiscard]] std::size_t agreeing(const Placement& other) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < partner.size(); ++i) {
+      count += partner[i] != kUnmatched && partner[i] == other.partner[i] ? 1U : 0U;
+    }
+    return count;
+  }
   [[nodiscard]] std::size_t total_within(std::size_t begin, std::size_t end) const {
     return static_cast<std::size_t>(
         std::count_if(partner.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -194,7 +202,11 @@ class PlaceSearch {
                                      [&](const Placement& other) { return other.partner[i] == j; });
       if (known) continue;
       Placement placement = place(x_, y_, i, j, tolerance_);
-      if (placement.matched >= kFewestPulses) placements_.push_back(std::move(placement));
+      const bool same =
+          std::any_of(placements_.begin(), placements_.end(), [&](const Placement& other) {
+            return 2 * placement.agreeing(other) > placement.matched;
+          });
+      if (placement.matched >= kFewestPulses && !same) placements_.push_back(std::move(placement));
     }
   }
 

@@ -148,6 +148,19 @@ TEST(PulseMatch, ALineThatWasUnpluggedForAWhileIsMatchedBeforeAndAfter) {
   EXPECT_LT(largest_map_error_ms(fit.map, {}, other, length), 0.1);
 }
 
+TEST(PulseMatch, ExtraPulsesBesideOthersMakeNoSecondPlace) {
+  const nanoseconds length = std::chrono::minutes{4};
+  for (std::uint64_t seed = 100; seed < 150; ++seed) {
+    const Times pulses = pulses_over(length, seed);
+    const Recorder own{.missing = 0.03, .extra = 0.05, .jitter_us = 20.0};
+    const Recorder other{
+        .offset_s = 3.25, .rate_ppm = -300.0, .missing = 0.03, .extra = 0.05, .jitter_us = 20.0};
+    const auto match =
+        match_pulses(own.sees(pulses, seed + 1000), other.sees(pulses, seed + 2000), kTolerance);
+    EXPECT_TRUE(match) << seed << ": " << match.error();
+  }
+}
+
 TEST(PulseMatch, PulsesOfAnotherRecordingAreRefused) {
   const auto match = match_pulses(pulses_over(std::chrono::hours{2}, 20),
                                   pulses_over(std::chrono::hours{2}, 21), kTolerance);
