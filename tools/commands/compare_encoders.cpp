@@ -105,7 +105,7 @@ Expected<void, SetupError> write_tables(const std::vector<EncodedTouch>& touches
   for (const EncodedTouch& each : touches) {
     const std::vector<double> rate = charge_rate(each, kBin);
     for (std::size_t k = 0; k < rate.size(); ++k) {
-      charge->row(each.encoder, {static_cast<double>(k) * units::s_from(kBin), rate[k]});
+      charge->row({each.encoder}, {static_cast<double>(k) * units::s_from(kBin), rate[k]});
     }
   }
   return charge->close();

@@ -179,13 +179,19 @@ void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
   table.finish();
 }
 
-/// The heights of measured shapes, whose names are relative to the folder of the scene's file.
-void read_shapes(const std::string& scene_file, Findings& findings, Scene& scene) {
+/// The heights of measured shapes: given, or of files whose names are relative to the folder of the
+/// scene's file.
+void read_shapes(const std::string& scene_file, const std::vector<std::string>& given,
+                 Findings& findings, Scene& scene) {
+  std::size_t shapes = 0;
   for (Indenter& indenter : scene.model.indenters) {
     auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
     if (shape == nullptr || shape->file.empty()) continue;
-    shape->file = beside_scene(scene_file, shape->file);
-    auto map = read_height_map(shape->file, shape->pixel_mm);
+    const std::size_t number = shapes++;
+    const bool known = number < given.size();
+    if (!known) shape->file = beside_scene(scene_file, shape->file);
+    auto map = known ? parse_csv_heights(given[number], shape->file, shape->pixel_mm)
+                     : read_height_map(shape->file, shape->pixel_mm);
     if (map) {
       shape->map = std::make_shared<HeightMap>(std::move(*map));
     } else if (findings.error.empty()) {
@@ -351,7 +357,8 @@ void flatten_if_infinite(SkinParameters& skin) {
   if (std::isinf(skin.radius_mm)) skin.radius_along_mm = 0.0;
 }
 
-Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name) {
+Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name,
+                                        const std::vector<std::string>& shapes) {
   const auto root = parse_toml(text);
   if (!root) {
     return bad_input(name + ":" + std::to_string(root.error().line) +
@@ -359,7 +366,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   }
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);
-  read_shapes(name, findings, scene);
+  read_shapes(name, shapes, findings, scene);
   for (Scene::OfProbe& probe : scene.probes) {
     if (!probe.calibration.empty()) probe.calibration = beside_scene(name, probe.calibration);
   }

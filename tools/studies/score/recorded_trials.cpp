@@ -95,7 +95,7 @@ std::string distances(const RecordedTrials& set, const Trains& model, CsvTable& 
     const double of_model = mean_distance(model, set.spikes_s, distance);
     const double of_recorded = mean_distance(set.spikes_s, set.spikes_s, distance);
     text += "| " + name + " | " + number(of_model, 2) + " | " + number(of_recorded, 2) + " |\n";
-    table.row("\"" + set.name + "\",\"" + name + "\"", {of_model, of_recorded});
+    table.row({set.name, name}, {of_model, of_recorded});
   };
   using Train = std::vector<double>;
   add(fmt::format("Victor–Purpura, cost {:g}/s", set.cost_per_s),
