@@ -59,7 +59,7 @@ struct SessionStream {
 }
 
 /// The largest number of channels of a stream.
-inline constexpr std::size_t kMostSessionChannels = 64;
+inline constexpr std::size_t kMostSessionChannels = 96;
 
 /// The values of one item, in the order of its stream's table of channels.
 template <class Value>
