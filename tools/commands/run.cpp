@@ -30,6 +30,7 @@
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
@@ -67,7 +68,7 @@ Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   scene = with_overrides(*scene, *overrides);
   if (!scene) return scene;
   if (!options.probes.empty()) {
-    if (auto set = scene->set_probes(options.probes); !set) {
+    if (auto set = set_probes(*scene, options.probes); !set) {
       return Unexpected<SetupError>(set.error());
     }
   }

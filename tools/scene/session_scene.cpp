@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "core/parameters/range.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/sessions/session_samples.hpp"
+#include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
@@ -157,6 +159,27 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
     }
   }
   return probes;
+}
+
+Expected<void, SetupError> set_probes(Scene& scene, std::vector<std::string> uris) {
+  const std::size_t wanted = scene.probes.size();
+  const auto uri =
+      uris.size() == 1 && wanted > 1 ? Uri::parse(uris.front()) : Expected<Uri, SetupError>(Uri());
+  if (uri && uri->scheme == "replay" && !uri->options.contains("probe") &&
+      !split_fragment(uri->text).second && SessionSamples::is_session(uri->path)) {
+    const auto session = SessionReader::open(uri->path);
+    if (!session) return Unexpected<SetupError>(session.error());
+    const std::size_t held = session->facts("probe").size();
+    if (held != wanted) {
+      return bad_input("\"" + uri->text + "\" holds the samples of " + std::to_string(held) +
+                       (held == 1 ? " probe" : " probes") + ", but the scene has " +
+                       std::to_string(wanted) + ": give a URI for each, such as " + uri->text +
+                       (uri->options.empty() ? "?" : "&") + "probe=0 for the first");
+    }
+    uris.assign(wanted, uri->text + (uri->options.empty() ? "?" : "&") + "probe=");
+    for (std::size_t i = 0; i < wanted; ++i) uris[i] += std::to_string(i);
+  }
+  return scene.set_probes(uris);
 }
 
 Expected<RunDescription, SetupError> describe_session(const std::string& path,

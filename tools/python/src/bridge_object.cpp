@@ -11,6 +11,7 @@
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel::python {
@@ -316,7 +317,7 @@ block ends the run.)")
          const std::vector<std::string>& sinks, std::optional<double> duration_s, bool overwrite,
          bool allow_remote, std::size_t most_unread) {
         Scene of_probe = scene.scene();
-        or_throw(of_probe.set_probes(probes));
+        or_throw(set_probes(of_probe, probes));
         const GilRelease no_gil;
         return BridgeHolder(new BridgeObject(std::move(of_probe),
                                              BridgeObject::Options{.sinks = sinks,
