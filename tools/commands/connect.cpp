@@ -214,7 +214,7 @@ void print(const Measurement& measured) {
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
   if (measured.is_array()) {
-    const ArrayLayout layout = ArrayLayout::of(measured.info.taxels);
+    const ArrayLayout layout = ArrayLayout::of(measured.info.taxels, measured.info.uri);
     std::printf(" in all\narray: %zu taxels in each reading, taken as %zu x %zu",
                 measured.info.taxels, layout.columns, layout.rows);
   }

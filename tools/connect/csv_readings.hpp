@@ -20,8 +20,9 @@ struct Reading {
 };
 
 /// The interpretations of lines of numbers, likeliest first. A header, labels and units decide;
-/// only what they leave open is guessed. \param seconds  how long they took to arrive
-[[nodiscard]] std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines,
+/// only what they leave open is guessed. Lines of JSON, lines of labels and frames of several lines
+/// are recognised. \param lines  empty ones included. \param seconds  how long they took to arrive
+[[nodiscard]] std::vector<Reading> readings_of_lines(std::vector<std::string> lines,
                                                      double seconds);
 
 }  // namespace merkel
