@@ -108,6 +108,8 @@ struct ProbeStatus {
   bool connected = true;                    ///< all its devices are plugged in
   /// Of the readings of a device for its first probe; null for others.
   const ProbeCalibration* calibration = nullptr;
+  /// Of each output, why its device had no value for it, or for some of its taxels; empty: it had.
+  std::vector<std::string> lacks = {};
 };
 
 /// Receives the bytes that pass a port of a probe.

@@ -349,9 +349,11 @@ void RunProbes::finish(RunReport& report) {
     RunReport::OfProbe& of = report.probes[i];
     of.uri = route.info().uri;
     of.counts = inputs_[i].counts();
-    of.device = device.device_counts();
+    ProbeStatus status = device.status();
+    of.device = std::move(status.device);
     of.shares_device = !is_first_of_device(i);
-    of.timing = device.timing();
+    of.timing = status.timing;
+    if (route.output < status.lacks.size()) of.lack = std::move(status.lacks[route.output]);
     of.channels = route.info().channels;
     of.decimate = route.parameters.decimate;
     of.stale_after =

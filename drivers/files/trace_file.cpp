@@ -294,11 +294,14 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
   std::size_t extra = 0;
   const std::span<double> further = places.further_in(row);
   auto pressure = places.taxels_in(row).begin();
+  gaps_.resize(taxels_.size());
+  auto gap = gaps_.begin();
   for (const Column& column : columns_) {
     const std::string_view field = take_field(rest);
     if (column.kind == Kind::kIgnored) continue;
     if (column.kind == Kind::kTaxel) {
-      const double kPa = parse_number(field).value_or(0.0) * column.factor;
+      const double value = parse_number(field).value_or(std::nan(""));
+      const double kPa = gap++->take(value) * column.factor;
       // In single precision, as the records of pressures are.
       *pressure++ = kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa
                         ? static_cast<double>(static_cast<float>(kPa))

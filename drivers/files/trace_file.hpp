@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/contact/taxel_gap.hpp"
 #include "core/expected.hpp"
 #include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
@@ -21,7 +22,7 @@ namespace merkel {
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
 /// `depth_um`. Up to ProbeColumns::kMostFurther further columns are kept; readings of several
 /// probes are named like thumb_N, and need neither depth nor force. More pressures than that are
-/// the taxels of a tactile array. Lines that begin with '#' are comments. Times are strictly
+/// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin with '#' are comments. Times are strictly
 /// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the
 /// validity of the samples after it (ProbeSample::valid_for); the comments of TimeBase::facts()
 /// before the header hold the start of the run that recorded it. Streams: memory is bounded.
@@ -90,6 +91,7 @@ class TraceReader {
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;
   std::vector<std::string> taxels_;
+  std::vector<TaxelGap> gaps_;
   std::vector<std::string> notices_;
   bool told_of_text_ = false;
   std::uint32_t channels_ = 0;

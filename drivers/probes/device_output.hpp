@@ -22,6 +22,7 @@ class DeviceOutput {
   struct Result {
     bool measured = false;  ///< its row is set; if not, a value is missing or impossible,
     bool waiting = false;   ///< or the zero of the array is being measured
+    bool absent = false;    ///< the device had no value
     bool saturated = false;
     bool outside = false;                   ///< of the range of its calibration
     std::vector<std::string> notices = {};  ///< for the user
@@ -41,6 +42,12 @@ class DeviceOutput {
   /// Thread: any.
   [[nodiscard]] const ProbeInfo& info() const noexcept { return info_; }
   [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
+  /// Why it had no value, or its array some; empty: it had.
+  [[nodiscard]] const std::string& lack() const noexcept {
+    return taxels_ ? taxels_->lack() : lack_;
+  }
+  /// Takes what the device has from now on. \return a sentence, if it lacks what the probe needs
+  [[nodiscard]] std::optional<std::string> take_channels(std::span<const ChannelName> channels);
   /// Thread: any.
   void request_tare() noexcept { taxels_ ? taxels_->request_tare() : tare_.make(); }
 
@@ -60,6 +67,8 @@ class DeviceOutput {
   TareRequest tare_;
   bool lacks_value_ = false;
   bool tared_ = false;  ///< since the last sample
+  bool gone_ = false;   ///< the device no longer names what it needs
+  std::string lack_;
   bool saturated_ = false;
   std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
   bool outside_noted_ = false;

@@ -119,7 +119,6 @@ Expected<void, SetupError> DeviceProbe::listen() {
   name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
   opened_serial_number_ = protocol_->serial_number();
-  opened_channels_ = protocol_->channels();
   return {};
 }
 
@@ -364,6 +363,12 @@ void DeviceProbe::take_readings() {
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
   std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  if (std::exchange(stream_.columns_changed, false)) {
+    const std::vector<ChannelName> channels = protocol_->channel_names();
+    for (DeviceOutput& output : outputs_) {
+      if (const auto sentence = output.take_channels(channels)) notice(*sentence);
+    }
+  }
   judge_quality();
   if (!quality_.trusted()) {
     counts_.withheld += readings.size();
@@ -444,17 +449,12 @@ void DeviceProbe::judge_quality() {
 bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
-  const bool lacking = (protocol_->channels() & opened_channels_) != opened_channels_;
-  if ((other || lacking) && !wrong_device_reported_) {
-    notice(
-        other
-            ? "another device is connected at " + transport_->info().name +
-                  ", with serial number " + serial_number + " instead of " + opened_serial_number_ +
-                  ": the press is released; plug in the original device, or start a new run"
-            : name_ +
-                  " has fewer channels than at the start: the press is released; start a new run");
+  if (other && !wrong_device_reported_) {
+    notice("another device is connected at " + transport_->info().name + ", with serial number " +
+           serial_number + " instead of " + opened_serial_number_ +
+           ": the press is released; plug in the original device, or start a new run");
   }
-  wrong_device_reported_ = other || lacking;
+  wrong_device_reported_ = other;
   return !wrong_device_reported_;
 }
 
@@ -463,6 +463,7 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   const std::uint32_t sequence = sequence_++;
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
   std::uint64_t refused = 0;
+  std::uint64_t absent = 0;
   bool measured = false;
   bool saturated = false;
   bool outside = false;
@@ -474,15 +475,18 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     for (const std::string& sentence : result.notices) notice(sentence);
     if (!result.measured) columns.put_nothing(row);
     if (!result.measured && !result.waiting) ++refused;
+    if (result.absent) ++absent;
     measured = measured || result.measured;
     saturated = saturated || result.saturated;
     outside = outside || result.outside;
   }
   if (!measured) ready_->resize(ready_->size() - 1);
   stream_.counts.refused += refused;
+  stream_.counts.without_value += absent;
   if (refused > 0) stream_.rejected = stream_.answer;
   if (refused == outputs_.size()) return;
   judged_.refused += refused;  // one sensor of several without a value is no damaged stream
+  judged_.without_value += absent;
   last_time_ = time;
   if (saturated) ++counts_.saturated;
   if (outside) ++counts_.outside_calibration;
@@ -515,6 +519,8 @@ void DeviceProbe::publish() {
   const Time present_outage = connected_ ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
+  lacks_.resize(outputs_.size());
+  for (std::size_t i = 0; i < outputs_.size(); ++i) lacks_[i] = outputs_[i].lack();
   published_.outage_ns += static_cast<std::uint64_t>(present_outage.count());
 }
 
@@ -523,6 +529,7 @@ ProbeStatus DeviceProbe::status() const {
                      .calibration = &outputs_.front().calibration()};
   const std::scoped_lock lock(mutex_);
   status.device = published_;
+  status.lacks = lacks_;
   return status;
 }
 

@@ -116,7 +116,6 @@ class DeviceProbe final : public Probe {
   std::size_t next_ready_ = 0;            ///< those before it are delivered
 
   std::string opened_serial_number_;  ///< as reported by the protocol
-  std::uint32_t opened_channels_ = 0;
   bool wrong_device_reported_ = false;
   bool overran_ = false;  ///< the readings lost by that are not counted yet
   bool started_ = false;
@@ -135,7 +134,8 @@ class DeviceProbe final : public Probe {
   DeviceCounts counts_;  ///< of the probe thread
   DeviceNotices notices_;
   mutable std::mutex mutex_;
-  DeviceCounts published_;  ///< guarded by mutex_
+  DeviceCounts published_;          ///< guarded by mutex_, as is
+  std::vector<std::string> lacks_;  ///< ProbeStatus::lacks
 };
 
 }  // namespace merkel

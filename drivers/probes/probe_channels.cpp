@@ -17,17 +17,6 @@ namespace {
 constexpr std::size_t kForcePlace = 1;  ///< in kSampleChannelNames
 constexpr std::size_t kMostListed = 12;
 
-std::string listed(std::span<const ChannelName> channels) {
-  std::string list;
-  for (std::size_t i = 0; i < std::min(channels.size(), kMostListed); ++i) {
-    list += (i == 0 ? "" : ", ") + printable_text(channels[i].name);
-  }
-  if (channels.size() > kMostListed) {
-    list += " and " + std::to_string(channels.size() - kMostListed) + " more";
-  }
-  return list;
-}
-
 std::string_view without_unit(std::string_view name) { return name.substr(0, name.rfind('_')); }
 
 /// A channel by its name, by its name without the unit, or by its column.
@@ -45,7 +34,7 @@ Expected<ChannelName, std::string> find(std::string_view name,
   if (found.size() > 1) {
     return Unexpected<std::string>("there are several channels \"" + std::string(name) +
                                    "\": name one with its unit; the device has " +
-                                   listed(channels));
+                                   listed_channels(channels));
   }
   std::vector<std::string> names;
   for (const ChannelName& each : channels) names.push_back(each.name);
@@ -54,7 +43,7 @@ Expected<ChannelName, std::string> find(std::string_view name,
       (number ? "column " + std::string(name) + " is no force and no length"
               : "there is no channel \"" + std::string(name) + "\"") +
       (nearest.empty() ? ": " : ": did you mean " + nearest + "? ") +
-      (channels.empty() ? "the device names none" : "The device has " + listed(channels)));
+      (channels.empty() ? "the device names none" : "The device has " + listed_channels(channels)));
 }
 
 constexpr std::string_view kTaxels = "taxels=";
@@ -77,6 +66,17 @@ std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
 }
 
 }  // namespace
+
+std::string listed_channels(std::span<const ChannelName> channels) {
+  std::string list;
+  for (std::size_t i = 0; i < std::min(channels.size(), kMostListed); ++i) {
+    list += (i == 0 ? "" : ", ") + printable_text(channels[i].name);
+  }
+  if (channels.size() > kMostListed) {
+    list += " and " + std::to_string(channels.size() - kMostListed) + " more";
+  }
+  return list;
+}
 
 std::string in_unit_of_readings(const ChannelName& channel) {
   if (channel.sync) return channel.name;
@@ -213,7 +213,7 @@ std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted)
 std::string no_press_among(std::span<const std::string> channels) {
   std::vector<ChannelName> names;
   for (const std::string& name : channels) names.push_back({.name = name, .channel = {}});
-  return "it has the channels " + listed(names) +
+  return "it has the channels " + listed_channels(names) +
          ", none of which is called force or depth: choose one for each probe, by #" +
          printable_text(channels.empty() ? "thumb_N" : channels.front()) +
          " at the end of the URI, or in a scene by [[device]] and the key force or depth of "

@@ -54,6 +54,9 @@ struct ProbeChannels {
 /// The names of a probe's channels: "thumb_N, thumb_mm".
 [[nodiscard]] std::string names_of_channels(const ProbeCalibration& calibration);
 
+/// The names of channels, at most twelve.
+[[nodiscard]] std::string listed_channels(std::span<const ChannelName> channels);
+
 /// Why a device with such a number of forces and pressures cannot feed an array; empty if it can.
 [[nodiscard]] std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted);
 

@@ -60,6 +60,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
       array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}
                                        : taxel_channels(names, wanted.taxels->prefix);
       array.area_mm2 = wanted.taxels->area_mm2;
+      array.gaps.resize(array.columns.size());
       const std::size_t count = whole.taxels > 0 ? whole.taxels : array.columns.size();
       if (const std::string why = wrong_taxels(count, *wanted.taxels); !why.empty()) {
         return refuse(why);
@@ -133,11 +134,11 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   return readings.size();
 }
 
-/// The sample of an array. Pressures that are missing, or no pressures, are 0.
+/// The sample of an array. Pressures that are out, or no pressures, are 0.
 /// \param from  of waiting_. \param kPa  gets the pressures, in single precision
 ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReading& reading,
-                                          std::size_t from, std::span<double> kPa) const {
-  const Array& array = arrays_[output];
+                                          std::size_t from, std::span<double> kPa) {
+  Array& array = arrays_[output];
   ProbeSample sample{.channels = ProbeSample::kForce};
   if (array.columns.empty()) {
     std::ranges::copy(waiting_.taxels(from), kPa.begin());
@@ -149,7 +150,7 @@ ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReadin
   }
   for (std::size_t i = 0; i < array.columns.size(); ++i) {
     const ChannelName& column = array.columns[i];
-    const double value = reading[column.channel];
+    const double value = array.gaps[i].take(reading[column.channel]);
     const double pressure = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
     const bool touched = pressure > 0.0 && pressure <= SampleLimits::kPressure_kPa;
     kPa[i] = touched ? static_cast<double>(static_cast<float>(pressure)) : 0.0;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/taxel_gap.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probes/forwarding_probe.hpp"
 #include "drivers/probes/probe_channels.hpp"
@@ -33,7 +34,7 @@ class RecordedOutputs final : public ForwardingProbe {
         waiting_(columns_of(ForwardingProbe::outputs()), kAtOnce) {}
   static constexpr std::size_t kAtOnce = 256;
   [[nodiscard]] ProbeSample array_sample(std::size_t output, const DeviceReading& reading,
-                                         std::size_t from, std::span<double> kPa) const;
+                                         std::size_t from, std::span<double> kPa);
 
   std::vector<ProbeInfo> infos_;
   std::vector<ProbeCalibration> calibrations_;
@@ -41,6 +42,7 @@ class RecordedOutputs final : public ForwardingProbe {
   struct Array {
     std::vector<ChannelName> columns;
     double area_mm2 = 1.0;
+    std::vector<TaxelGap> gaps;
   };
   std::vector<Array> arrays_;
   std::vector<double> factors_;  ///< of the further columns, to N or mm; 0: neither

@@ -73,17 +73,13 @@ void TaxelReadings::measure_zero(const DeviceReading& reading) {
 
 void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
   zero_known_ = true;
-  std::vector<std::string> absent;
   std::vector<std::string> constant;
   double noise2_kPa = 0.0;
   double moved_mN = 0.0;
   std::size_t noisy = 0;
   for (Taxel& taxel : channels_) {
     taxel.absent = taxel.count == 0;
-    if (taxel.absent) {
-      absent.push_back(taxel.channel.name);
-      continue;
-    }
+    if (taxel.absent) continue;
     const double mean = taxel.sum / taxel.count;
     const double noise = std::sqrt(std::max(0.0, taxel.sum2 / taxel.count - mean * mean));
     moved_mN += std::fabs(taxel.first + mean - taxel.zero) * taxel.to_kPa * area_mm2_;
@@ -111,7 +107,7 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
         "'view:8080?control=1'), by tare() of a Bridge in Python, or by starting again";
   }
   notices.push_back(std::move(sentence));
-  name_absent(absent, notices);
+  name_absent(notices);
   // If all are constant, the array rounds to its zero.
   if (!constant.empty() && constant.size() < noisy) {
     notices.push_back(
@@ -134,22 +130,31 @@ void TaxelReadings::watch(Taxel& taxel, double value) noexcept {
 void TaxelReadings::name_stuck(std::vector<std::string>& notices) {
   changed_ = false;
   std::vector<std::string> stuck;
-  std::vector<std::string> absent;
   for (const Taxel& taxel : channels_) {
     if (taxel.stuck) stuck.push_back(taxel.channel.name);
-    if (taxel.absent) absent.push_back(taxel.channel.name);
   }
   if (!stuck.empty()) {
     notices.push_back(name_ + ": " + names_of_taxels(stuck) +
                       " stopped changing: at the end of its range, or dead");
   }
-  name_absent(absent, notices);
+  name_absent(notices);
 }
 
-void TaxelReadings::name_absent(const std::vector<std::string>& absent,
-                                std::vector<std::string>& notices) const {
-  if (absent.empty()) return;
-  notices.push_back(name_ + ": no value from " + names_of_taxels(absent) +
+void TaxelReadings::name_absent(std::vector<std::string>& notices) {
+  std::vector<std::string> absent;
+  std::vector<std::string> unnamed;
+  for (Taxel& taxel : channels_) {
+    if (!taxel.absent) continue;
+    absent.push_back(taxel.channel.name);
+    if (!std::exchange(taxel.named, true)) unnamed.push_back(taxel.channel.name);
+  }
+  if (absent.size() > most_out_) {
+    most_out_ = absent.size();
+    lack_ = std::to_string(most_out_) + " of its " + std::to_string(channels_.size()) +
+            " taxels had no value (" + names_of_taxels(absent) + ")";
+  }
+  if (unnamed.empty()) return;
+  notices.push_back(name_ + ": no value from " + names_of_taxels(unnamed) +
                     ": taken as 0; check its wiring");
 }
 
@@ -182,10 +187,12 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
     if (zeroed_ < kZeroReadings && !slow) return false;
     finish_zero(notices);
   }
+  out_ = 0;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     Taxel& taxel = channels_[i];
-    const double value = reading[taxel.channel.channel];
+    const double value = taxel.gap.take(reading[taxel.channel.channel]);
     watch(taxel, value);
+    if (taxel.absent) ++out_;
     const double above = above_zero(taxel, value, reading.arrival);
     const double pressure = above * taxel.to_kPa;
     // Also false for NaN.

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/taxel_gap.hpp"
 #include "core/contact/zero_tracker.hpp"
 #include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/tare_request.hpp"
@@ -18,8 +19,9 @@ namespace merkel {
 ///
 /// The mean and the noise of its first 20 readings (of a slow device, those of one second), before
 /// the array is used, are the zero and the noise of each taxel. Later values below five times its
-/// noise are 0. From then on, each zero follows the drift of its taxel (ZeroTracker). Taxels
-/// without a value, and those that never change, are named. Thread: probe, except where noted.
+/// noise are 0. From then on, each zero follows the drift of its taxel (ZeroTracker). A missing
+/// value is bridged (TaxelGap); taxels that are out are 0. They and those that never change are
+/// named, once. Thread: probe, except where noted.
 class TaxelReadings {
  public:
   /// \param name  of the array, for messages
@@ -34,6 +36,11 @@ class TaxelReadings {
   /// \param kPa  gets a value per taxel, in single precision, as the records of pressures are
   [[nodiscard]] bool take(const DeviceReading& reading, std::span<double> kPa,
                           std::vector<std::string>& notices);
+  /// The number of taxels that are out.
+  [[nodiscard]] std::size_t out() const noexcept { return out_; }
+  /// The most that were, with some names: "100 of its 144 taxels had no value (t1_kPa, …)"; empty:
+  /// none.
+  [[nodiscard]] const std::string& lack() const noexcept { return lack_; }
   /// The force of a row of pressures.
   [[nodiscard]] double force_mN(std::span<const double> kPa) const noexcept;
   /// Whether most of that force may be drift.
@@ -50,7 +57,9 @@ class TaxelReadings {
     double last = 0.0;
     int same = 0;  ///< readings with the same value
     bool stuck = false;
-    bool absent = false;
+    bool absent = false;  ///< out
+    bool named = false;   ///< as out
+    TaxelGap gap;
     // While the zero is measured:
     double sum = 0.0, sum2 = 0.0, first = 0.0;
     int count = 0;
@@ -62,7 +71,7 @@ class TaxelReadings {
   [[nodiscard]] static double above_zero(Taxel& taxel, double value,
                                          std::chrono::nanoseconds time) noexcept;
   void name_stuck(std::vector<std::string>& notices);
-  void name_absent(const std::vector<std::string>& absent, std::vector<std::string>& notices) const;
+  void name_absent(std::vector<std::string>& notices);
 
   std::string name_;
   std::vector<Taxel> channels_;
@@ -73,6 +82,9 @@ class TaxelReadings {
   std::chrono::nanoseconds zero_began_{0};
   bool zero_known_ = false;
   bool changed_ = false;  ///< a taxel has become stuck or absent
+  std::size_t out_ = 0;
+  std::size_t most_out_ = 0;
+  std::string lack_;
 };
 
 /// The channels of an array among those of a device: the forces and pressures whose names begin

@@ -10,6 +10,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/text_row.hpp"
 
 namespace merkel {
 
@@ -29,12 +30,23 @@ bool is_endless_number(std::string_view text) noexcept {
 constexpr int kMostRepeated = 1024;
 constexpr std::size_t kWorthShortening = 8;  ///< names in a row
 
-/// "taxel17_kPa" for "taxel_kPa" and 17.
-std::string numbered_column(std::string_view name, std::size_t number) {
-  const auto unit = std::min(name.rfind('_'), name.size());
-  return std::string(name.substr(0, unit)) + std::to_string(number) +
-         std::string(name.substr(unit));
-}
+/// A name in a list of columns, "t:time_s" or "time_s".
+struct NamedCell {
+  std::string_view key;  ///< empty: none
+  std::string_view name;
+
+  explicit NamedCell(std::string_view text)
+      : key(text.substr(0, std::min(text.rfind(':'), text.size()))), name(text) {
+    if (key.size() == text.size()) {
+      key = {};
+    } else {
+      name.remove_prefix(key.size() + 1);
+    }
+  }
+  [[nodiscard]] std::string numbered(std::size_t number) const {
+    return (key.empty() ? "" : numbered_column(key, number) + ":") + numbered_column(name, number);
+  }
+};
 
 /// "sync", "sync1", "sync2", …
 bool is_sync_name(std::string_view name) noexcept {
@@ -49,7 +61,6 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
     names.emplace_back(text);
     return true;
   }
-  const std::string_view name = text.substr(0, star);
   int count = 0;
   const auto [end, error] =
       std::from_chars(text.data() + star + 1, text.data() + text.size(), count);
@@ -57,9 +68,26 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
       count > kMostRepeated) {
     return false;
   }
-  for (int i = 1; i <= count; ++i)
-    names.push_back(numbered_column(name, static_cast<std::size_t>(i)));
+  const NamedCell cell(text.substr(0, star));
+  for (int i = 1; i <= count; ++i) names.push_back(cell.numbered(static_cast<std::size_t>(i)));
   return true;
+}
+
+/// "taxel_kPa" of "taxel1_kPa"; empty if it has not the number 1.
+std::string without_first_number(std::string_view name) {
+  const auto mark = std::min(name.rfind('_'), name.size());
+  if (mark == 0 || name[mark - 1] != '1') return {};
+  return std::string(name.substr(0, mark - 1)) + std::string(name.substr(mark));
+}
+
+/// Numbers the channels with names of their own in the order of their columns.
+void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
+  std::size_t next = 0;
+  for (CsvColumn& column : columns) {
+    if (column.kind == CsvColumn::Kind::kValue && is_named(column.channel)) {
+      column.channel = named_channel(next++);
+    }
+  }
 }
 
 /// The factor of a number that states its unit; empty: it is no unit of the column.
@@ -165,28 +193,32 @@ std::vector<std::string> csv_names_of(std::string_view names) {
 std::string csv_list_of(const std::vector<std::string>& names) {
   std::string list;
   for (std::size_t i = 0; i < names.size();) {
-    const auto mark = std::min(names[i].rfind('_'), names[i].size());
-    std::string stem = names[i];
+    const NamedCell first(names[i]);
+    const std::string key = without_first_number(first.key);
+    const std::string stem = without_first_number(first.name);
+    const std::string pattern = first.key.empty() ? stem : key + ":" + stem;
     std::size_t count = 0;
-    if (mark > 0 && names[i][mark - 1] == '1') {
-      stem.erase(mark - 1, 1);
+    if (!stem.empty() && first.key.empty() == key.empty()) {
       const std::size_t most = std::min<std::size_t>(names.size() - i, kMostRepeated);
-      while (count < most && names[i + count] == numbered_column(stem, count + 1)) ++count;
+      while (count < most && names[i + count] == NamedCell(pattern).numbered(count + 1)) ++count;
     }
     const bool shorten = count >= kWorthShortening;
-    list += (i == 0 ? "" : ",") + (shorten ? stem + "*" + std::to_string(count) : names[i]);
+    list += (i == 0 ? "" : ",") + (shorten ? pattern + "*" + std::to_string(count) : names[i]);
     i += shorten ? count : 1;
   }
   return list;
 }
 
-void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
-  std::size_t next = 0;
-  for (CsvColumn& column : columns) {
-    if (column.kind == CsvColumn::Kind::kValue && is_named(column.channel)) {
-      column.channel = named_channel(next++);
-    }
-  }
+bool same_quantity(const CsvColumn& a, const CsvColumn& b) {
+  if (a.kind != b.kind || a.kind == CsvColumn::Kind::kSkip) return false;
+  if (a.kind != CsvColumn::Kind::kValue) return true;
+  if (is_named(a.channel) != is_named(b.channel)) return false;
+  if (!is_named(a.channel)) return a.channel == b.channel;
+  const auto stem = [](const std::string& name) {
+    return std::string_view(name).substr(0, name.rfind('_'));
+  };
+  return a.force == b.force && a.pressure == b.pressure && a.sync == b.sync &&
+         stem(a.name) == stem(b.name);
 }
 
 std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns) {
@@ -204,14 +236,19 @@ std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns)
   return names;
 }
 
-std::vector<std::string> csv_columns_of_header(std::string_view line, char separator,
+std::vector<std::string> csv_cells_of(std::string_view line, char separator) {
+  std::vector<std::string> cells;
+  while (!line.empty()) cells.emplace_back(take_csv_part(line, separator));
+  return cells;
+}
+
+std::vector<std::string> csv_columns_of_header(const std::vector<std::string>& cells,
                                                const UnitFactors& factors) {
   std::vector<CsvField> headings;
   std::vector<std::string> names;
   bool measures = false;
   std::size_t own_names = 0;
-  for (std::string_view rest = line; !rest.empty();) {
-    const std::string_view cell = take_csv_part(rest, separator);
+  for (const std::string& cell : cells) {
     const auto exact = csv_column_named(cell, factors);
     const CsvField heading = parse_csv_heading(cell);
     const std::string quantity = csv_quantity_of(heading.label);
@@ -241,6 +278,27 @@ std::vector<std::string> csv_columns_of_header(std::string_view line, char separ
   return names;
 }
 
+std::vector<std::string> csv_columns_of_labels(const std::vector<std::string>& names,
+                                               const std::vector<std::string>& units,
+                                               const UnitFactors& factors) {
+  std::vector<std::string> columns;
+  std::vector<CsvField> fields;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool stated = i < units.size() && !units[i].empty();
+    CsvField field = stated ? CsvField{.label = names[i], .number = {}, .unit = units[i]}
+                            : parse_csv_heading(names[i]);
+    const auto exact = csv_column_named(names[i], factors);
+    std::string column = !stated && exact ? names[i] : csv_column_of(field);
+    // Not a unit: a name such as sensor_a.
+    if (column == "-" && !stated)
+      column = csv_column_of({.label = names[i], .number = {}, .unit = {}});
+    columns.push_back(column.empty() ? "-" : std::move(column));
+    fields.push_back(field);
+  }
+  tell_csv_columns_apart(columns, fields, factors);
+  return columns;
+}
+
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
                                                                 char separator,
                                                                 const UnitFactors& factors) {
@@ -254,9 +312,11 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
           "1024 after it");
     }
   }
-  for (const std::string& name : all) {
-    auto column = csv_column_named(name, factors);
+  for (const std::string& text : all) {
+    const NamedCell cell(text);
+    auto column = csv_column_named(cell.name, factors);
     if (!column) return Unexpected<std::string>(column.error());
+    column->key = cell.key;
     for (const CsvColumn& other : columns) {
       if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
       return Unexpected<std::string>("the column " + column->name +

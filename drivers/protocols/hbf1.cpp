@@ -239,7 +239,10 @@ class Hbf1Protocol final : public Protocol {
       return false;
     }
     if (!*whole) return true;
+    hello_.number(names_);
+    const bool known = layout_.has_value();
     layout_ = std::exchange(hello_, {});
+    stream.columns_changed = stream.columns_changed || known;
     if (!said_hello_) hello_arrival_ = arrival;
     said_hello_ = true;
     if (wanted_) send_start(arrival, stream);  // it sends again after a restart
@@ -283,6 +286,7 @@ class Hbf1Protocol final : public Protocol {
   int in_order_ = 0;                 ///< frames since the last one out of order
   Hbf1Hello hello_;                  ///< the one that is arriving
   std::optional<Hbf1Hello> layout_;  ///< of the last whole HELLO
+  std::vector<std::string> names_;   ///< of its channels, and of those of earlier ones
   std::uint16_t status_ = 0;
   std::string error_message_;
   std::uint64_t malformed_ = 0;  ///< invalid frames that pass their CRC

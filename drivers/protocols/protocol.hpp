@@ -56,6 +56,7 @@ struct DeviceStream {
   std::vector<DeviceEdge> edges;
   std::vector<ClockExchange> exchanges;
   std::vector<std::string> notices;  ///< messages for the user
+  bool columns_changed = false;      ///< Protocol::channel_names() has changed
   Bytes outgoing;                    ///< to be sent to the device
   ProtocolCounts counts;
   std::string answer;    ///< the newest line, or else the newest bytes

@@ -8,9 +8,11 @@ a Markdown table. A case has
   sent    what it sends, as the table shows it
   send    lines and how often each is sent, [["time_ms,force_N"], ["{ms},0.3", 500]]; the last one again without end. In a
           line, {ms} and {s} are the time, {ramp A B} rises from A to B over the step, {12x0.5} is twelve times 0.5 between
-          commas, and 0.5~ is 0.5 with noise of ±0.02 that is the same in every run; ["<close>"] closes the connection
+          commas ({12xp#_kPa}: numbered), 0.5~ is 0.5 with noise of ±0.02 that is the same in every run, and 0.5? is nan once
+          in ten; ["<close>"] closes the connection
+  repeat  all lines again and again instead of the last one
   via     "tcp": a line every millisecond over loopback (the default); "file": a trace
-  options of the protocol csv: "columns=force_N"
+  options of the protocol csv: "columns=force_N"; without them, merkel connect is given the bare address
   probes  a part of its URI for each probe, ["#thumb_N", "#palm_N"]
   scene   a scene instead, in which URI stands for the device
   run     arguments instead of "run --duration-s S --json", with URI, SCENE and OUT (a file)
@@ -20,6 +22,7 @@ a Markdown table. A case has
   says    sentences that it prints, as the table shows them; "…" stands for anything
   not     texts that it must not print
 """
+import itertools
 import json
 import math
 import pathlib
@@ -48,29 +51,33 @@ def line_of(pattern, k, step, steps):
 
     line = pattern.replace("{ms}", str(k)).replace("{s}", f"{k / 1000:.3f}")
     line = re.sub(r"\{ramp (\S+) (\S+)\}", ramp, line)
-    line = re.sub(r"\{(\d+)x([^}]*)\}", lambda match: ",".join([match[2]] * int(match[1])), line)
+    line = re.sub(r"\{(\d+)x([^}]*)\}",
+                  lambda match: ",".join(match[2].replace("#", str(i + 1)) for i in range(int(match[1]))), line)
     place = iter(range(10**6))
+    line = re.sub(r"(-?[\d.]+)\?", lambda match: "nan" if (k + 3 * next(place)) % 10 == 0 else match[1], line)
     return re.sub(r"(-?[\d.]+)~", lambda match: f"{float(match[1]) + noise(k, next(place)):.3f}", line)
 
 
-def lines_of(steps):
+def lines_of(case):
     """All lines, without end; None closes the connection."""
     k = 0
-    for pattern, *count in [*steps, [steps[-1][0], 10**9]]:
+    steps = case["send"]
+    rest = itertools.cycle(steps) if case.get("repeat") else [[steps[-1][0], 10**9]]
+    for pattern, *count in itertools.chain(steps, rest):
         count = count[0] if count else 1
         for step in range(count):
             if pattern == "<close>":
                 yield None
                 continue
             yield line_of(pattern, k, step, count)
-            k += "{ms}" in pattern or "{s}" in pattern or count > 1
+            k += "{ms}" in pattern or "{s}" in pattern or "~" in pattern or count > 1
 
 
 class Device:
     """A program that sends the lines of a case over loopback, one a millisecond."""
 
-    def __init__(self, steps):
-        self.steps = steps
+    def __init__(self, case):
+        self.case = case
         self.socket = socket.create_server(("127.0.0.1", 0))
         self.stopped = threading.Event()
         self.thread = threading.Thread(target=self.serve, daemon=True)
@@ -80,7 +87,7 @@ class Device:
         return f"tcp:127.0.0.1:{self.socket.getsockname()[1]}"
 
     def serve(self):
-        lines = lines_of(self.steps)
+        lines = lines_of(self.case)
         while not self.stopped.is_set():
             try:
                 client, _ = self.socket.accept()
@@ -94,7 +101,7 @@ class Device:
                     pass  # the program has closed it: the next one hears the lines from their beginning
                 else:
                     continue
-            lines = lines_of(self.steps)
+            lines = lines_of(self.case)
 
     def send(self, client, lines):
         due = time.monotonic()
@@ -129,16 +136,16 @@ def run_case(program, case, folder):
     device = None
     if case.get("via") == "file":
         wanted = sum(step[1] if len(step) > 1 else 1 for step in case["send"])
-        lines = [line for line, _ in zip(lines_of(case["send"]), range(wanted))]
+        lines = [line for line, _ in zip(lines_of(case), range(wanted))]
         (folder / "trace.csv").write_text("\n".join(lines) + "\n")
         uri = f"replay:{folder / 'trace.csv'}"
     else:
-        device = Device(case["send"])
+        device = Device(case)
         options = case.get("options", "")
         uri = f"{device.address()}?protocol=csv" + ("&" + options if options else "")
     if case.get("via") == "file" and "options" in case:
         uri += "?" + case["options"]
-    if "run" in case and "protocol" not in case["run"] and case["run"].startswith("connect") and device:
+    if case.get("run", "").startswith("connect") and "options" not in case:
         uri = device.address()
     scene = folder / "scene.toml"
     scene.write_text(case.get("scene", "").replace("URI", uri))
@@ -161,7 +168,7 @@ def run_case(program, case, folder):
     if out.exists():
         printed += out.read_text()
     read = {}
-    if case.get("reads"):
+    if case.get("reads") and done.stdout.startswith("{"):
         result = json.loads(done.stdout)
         read = {name: value_at(result, path) for name, path in case["reads"].items()}
     return read, printed

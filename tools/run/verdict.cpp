@@ -32,6 +32,8 @@ constexpr double kDeepestPress_mm = 6.0;
 constexpr const char* kSlowHost =
     "the model is fast enough, but this machine stopped the loop: see merkel doctor, and what else "
     "runs on it";
+constexpr const char* kNoValue =
+    "check its sensors and their wiring, and what its device names and sends";
 constexpr const char* kRefused =
     "check the units and the zero, or increase [probe] max_force_N or max_depth_mm";
 
@@ -51,6 +53,7 @@ class RunChecks {
   std::vector<Finding> findings() {
     for (std::size_t i = 0; i < report_.probes.size(); ++i) {
       check_probe(report_.probes[i]);
+      check_taxels(i);
       check_press(i);
     }
     check_loop();
@@ -247,6 +250,13 @@ class RunChecks {
             ? static_cast<double>(probe.device->refused) * units::s_from(probe.timing->period)
             : 0.0;
     const bool refused = refused_s > 0.5 * lost_s;
+    if (refused && !probe.lack.empty()) {
+      add(severity_of(lost_s), weight,
+          fmt::format("{} was released for {} s of {}: {}", probe.uri, number_text(lost_s),
+                      number_text(run_s), probe.lack),
+          kNoValue);
+      return;
+    }
     if (severity_of(lost_s) == Severity::kFailure) {
       add(Severity::kFailure, weight,
           fmt::format("touch was lost for {} s of {}: ", number_text(lost_s), number_text(run_s)) +
@@ -261,6 +271,15 @@ class RunChecks {
                       refused ? "its readings were refused" : "no sample arrived in time"),
           refused ? kRefused : "keep the device streaming, or increase [loop] stale_after_ms");
     }
+  }
+
+  /// An array that lacks taxels and felt nothing.
+  void check_taxels(std::size_t i) {
+    const RunReport::OfProbe& probe = report_.probes[i];
+    const bool array = model_.parameters().indenters[i].prescribed();
+    if (!array || probe.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
+    add(Severity::kFailure, 1.0, fmt::format("{} felt no touch: {}", probe.uri, probe.lack),
+        kNoValue);
   }
 
   void check_samples(const RunReport::OfProbe& probe) {

@@ -88,6 +88,27 @@ TEST_F(TaxelReadingsTest, DeadTaxelsAreNamed) {
   EXPECT_TRUE(has(notices_[2], "t3_kPa never changed at rest, unlike the others")) << notices_[2];
 }
 
+TEST_F(TaxelReadingsTest, AMissingValueIsBridgedForThreeReadings) {
+  zero({0.0, 0.0, 0.0, 0.0});
+  notices_.clear();
+  ASSERT_TRUE(read({10.0, 20.0, 0.0, 0.0}, 0.0));
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+    EXPECT_NEAR(kPa_[0], 10.0, 0.01) << k;
+  }
+  EXPECT_TRUE(notices_.empty());
+  ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+  EXPECT_EQ(kPa_[0], 0.0);
+  EXPECT_EQ(taxels_.out(), 1U);
+  ASSERT_TRUE(read({11.0, 20.0, 0.0, 0.0}, 0.0));
+  EXPECT_NEAR(kPa_[0], 11.0, 0.01);
+  EXPECT_EQ(taxels_.out(), 0U);
+  for (int k = 0; k < 9; ++k) ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+  ASSERT_EQ(notices_.size(), 1U) << "once, however often";
+  EXPECT_TRUE(has(notices_[0], "no value from t1_kPa: taken as 0")) << notices_[0];
+  EXPECT_EQ(taxels_.lack(), "1 of its 4 taxels had no value (t1_kPa)");
+}
+
 TEST_F(TaxelReadingsTest, ATaxelAtTheEndOfItsRangeIsNamedOnce) {
   zero({0.0, 0.0, 0.0, 0.0});
   notices_.clear();
