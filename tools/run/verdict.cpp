@@ -276,7 +276,7 @@ class RunChecks {
   /// An array that lacks taxels and felt nothing.
   void check_taxels(std::size_t i) {
     const RunReport::OfProbe& probe = report_.probes[i];
-    const bool array = model_.parameters().indenters[i].prescribed();
+    const bool array = model_.parameters().indenters[i].taxels() != nullptr;
     if (!array || probe.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
     add(Severity::kFailure, 1.0, fmt::format("{} felt no touch: {}", probe.uri, probe.lack),
         kNoValue);

@@ -45,12 +45,12 @@ class ComediProbe : public testing::Test {
                         .conversions = {},
                         .sample_bytes = opened->sample_bytes,
                         .period = opened->period};
+    std::string names;
     for (std::size_t i = 0; i < settings.channels.size(); ++i) {
-      const std::string name = i == 0 ? "force_mN" : "c" + std::to_string(i) + "_um";
-      format.columns.push_back(*csv_column_named(name));
+      names += i == 0 ? "force_mN" : ",c" + std::to_string(i) + "_um";
       format.conversions.push_back({.coefficients = {0.0, 1.0}, .largest = card.largest});
     }
-    number_named_channels(format.columns);
+    format.columns = *csv_columns_named(names, ',');
     auto probe = DeviceProbe::open(std::move(opened->port), make_analog_scans(std::move(format)),
                                    {.uri = "comedi:fake",
                                     .protocol = "comedi",

@@ -13,8 +13,7 @@ using std::chrono::nanoseconds;
 
 std::vector<ChannelName> channels_named(const std::string& names) {
   std::vector<ChannelName> channels;
-  auto columns = *csv_columns_named(names, ',');
-  number_named_channels(columns);
+  const auto columns = *csv_columns_named(names, ',');
   for (const CsvColumn& column : columns) {
     channels.push_back({.name = column.name, .channel = column.channel, .sync = column.sync});
   }
