@@ -149,16 +149,17 @@ TEST(CompareEncoders, TellsTheRulesOfOneTouchApart) {
   const std::string scene = folder.file("scene.toml", kGroupScene);
   const ProgramRun run =
       run_program({"compare-encoders", "tests/traces/ramp_and_hold.csv", scene, "--encoder",
-                   "linear_amplitude", "--encoder", "biomimetic", "--encoder", "rate", "--json"});
+                   "linear", "--encoder", "biomimetic", "--encoder", "rate", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto json = nlohmann::json::parse(run.out);
   ASSERT_EQ(json.size(), 3U);
-  EXPECT_EQ(json[0]["encoder"], "linear_amplitude");
+  EXPECT_EQ(json[0]["encoder"], "linear");
   // The force rises with the press: less charge in the first 100 ms than later.
   EXPECT_LT(json[0]["onset_ratio"], 1.0);
   EXPECT_GT(json[1]["onset_ratio"], 1.0);
-  EXPECT_GT(json[2]["onset_ratio"], 1.0);
-  EXPECT_GT(json[2]["rate_correlation"], json[0]["rate_correlation"]);
+  // The afferents adapt, so their rate falls while the force stays.
+  EXPECT_GT(json[2]["onset_ratio"], json[0]["onset_ratio"]);
+  EXPECT_GT(json[2]["rate_correlation"], json[1]["rate_correlation"]);
   EXPECT_LT(json[1]["charge_uC"], json[0]["charge_uC"]);
   for (const auto& each : json) {
     EXPECT_GT(each["charge_uC"], 0.0);
