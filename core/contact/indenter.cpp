@@ -30,11 +30,16 @@ Expected<void, ParameterError> check_surface(const Indenter& t, const SkinParame
   const auto overlaps = [](double period_mm, double half_mm) {
     return period_mm > 0.0 && half_mm > 1.5 * period_mm;
   };
+  const auto apart =
+      ParameterCheck()
+          .require(
+              !overlaps(surface.period_x_mm, half.x_mm) &&
+                  !overlaps(surface.period_y_mm, half.y_mm),
+              overlaps(surface.period_x_mm, half.x_mm) ? "probe.period_x_mm" : "probe.period_y_mm",
+              "is less than a third of the part that repeats: make the part smaller")
+          .result();
+  if (!apart) return apart;
   return ParameterCheck()
-      .require(
-          !overlaps(surface.period_x_mm, half.x_mm) && !overlaps(surface.period_y_mm, half.y_mm),
-          overlaps(surface.period_x_mm, half.x_mm) ? "probe.period_x_mm" : "probe.period_y_mm",
-          "is less than a third of the part that repeats: make the part smaller")
       .require(SlidingPlan::of(t, skin, std::chrono::milliseconds(1)).has_value(),
                "probe.deepest_mm",
                "gives a contact with too many pixels of the size that the surface's smallest part "

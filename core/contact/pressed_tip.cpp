@@ -39,9 +39,12 @@ double radius_along(const Indenter& indenter, const SkinParameters& skin) {
 
 // The lowest point is found downhill from the lowest of the samples.
 HeightRange heights_of(const TipHeight& gap, const Position& half, double pixel_mm) {
-  const auto [half_x, half_y] = half;
-  const int n = static_cast<int>(
-      std::clamp(2.0 * std::max(half_x, half_y) / pixel_mm, kFewestSamples, kMostSamples));
+  const double half_x = half.x_mm;
+  const double half_y = half.y_mm;
+  // A size that is not a number takes the fewest.
+  const double wanted = 2.0 * std::max(half_x, half_y) / pixel_mm;
+  const int n =
+      static_cast<int>(wanted > kFewestSamples ? std::min(wanted, kMostSamples) : kFewestSamples);
   // The outermost samples lie just inside the tip.
   const auto x = [&](int i) { return 0.9999 * half_x * (2.0 * i / n - 1.0); };
   const auto y = [&](int j) { return 0.9999 * half_y * (2.0 * j / n - 1.0); };

@@ -38,9 +38,9 @@ StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElect
   for (const OfGroup& group : limits_.groups) {
     const auto most = std::chrono::seconds{1} / std::max(group.gap, nanoseconds{1'000});
     // A limit beyond all numbers of whole femtocoulombs is none.
-    const double limit_fC = std::min(group.max_charge_nC_per_s * 1e6, 0x1.0p62);
+    const double most_charge = std::min(group.max_charge_nC_per_s * 1e6, 0x1.0p62);
     recent_.push_back({.pulses = {static_cast<std::size_t>(most) + 2, {nanoseconds{0}, 0}},
-                       .max_charge_fC = static_cast<std::int64_t>(limit_fC)});
+                       .max_charge_fC = static_cast<std::int64_t>(most_charge)});
   }
   for (const OfElectrode& each : electrodes_) {
     charge_uA_.push_back(largest_within_charge(each.max_charge_nC, each.phase));
@@ -70,15 +70,15 @@ bool StimulationLimiter::group_takes(const StimulationCommand& pulse) noexcept {
   const auto& newest = recent.pulses[(next + size - 1) % size];
   const bool close =
       recent.count > 0 && pulse.time - newest.first < limits_.groups[electrode.group].gap;
-  // µA·ns; rounded up.
-  const auto charge_fC = static_cast<std::int64_t>(
+  // µA·ns, that is fC; rounded up.
+  const auto charge = static_cast<std::int64_t>(
       std::ceil(pulse.amplitude_uA * static_cast<double>(electrode.phase.count())));
-  if (close || recent.count == size || recent.charge_fC + charge_fC > recent.max_charge_fC) {
+  if (close || recent.count == size || recent.charge_fC + charge > recent.max_charge_fC) {
     ++clippings_.group;
     return false;
   }
-  recent.pulses[next] = {pulse.time, charge_fC};
-  recent.charge_fC += charge_fC;
+  recent.pulses[next] = {pulse.time, charge};
+  recent.charge_fC += charge;
   ++recent.count;
   return true;
 }

@@ -13,10 +13,11 @@ namespace merkel {
 
 /// The commands of the gate for one receiver. Usually it passes on what the gate sent, unchanged.
 ///
-/// If the receiver has missed commands, because its sink was late or it was away, an off
-/// (`sink_failure`) replaces the next update, and amplitudes then rise from 0 no faster than the
-/// slope, up to those of the gate. Heartbeats stay those of the gate, so that a missed update
-/// shows. It never increases an amplitude. Thread: one, that of the receiver's sink.
+/// If its sink was late, so that the receiver has missed commands, amplitudes rise from those that
+/// it has no faster than the slope, up to those of the gate. If it was away, or has missed so many
+/// that it has switched off by itself (SentCommand::valid_until), an off (`sink_failure`) replaces
+/// the next update, and amplitudes rise from 0. Heartbeats stay those of the gate, so that a missed
+/// update shows. It never increases an amplitude. Thread: one, that of the receiver's sink.
 class StimulationOutlet {
  public:
   using Time = std::chrono::nanoseconds;
@@ -44,7 +45,12 @@ class StimulationOutlet {
   std::vector<SentCommand> leaving_;
   std::vector<SentCommand> refused_;
   Treatment update_ = Treatment::kPass;  ///< of the update whose parts arrive
-  std::optional<Time> since_;            ///< the last off: amplitudes rise from 0 since then
+  std::vector<double> last_uA_;          ///< of the last update passed on, by electrode
+  Time last_{0};                         ///< when
+  Time valid_until_{0};                  ///< of that update
+  std::vector<double> base_uA_;          ///< from which amplitudes rise, by electrode
+  std::optional<Time> since_;            ///< since then; none: nothing was missed
+  bool missed_ = false;                  ///< since the last update
   bool lost_ = false;                    ///< the next update is an off
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <numeric>
 #include <string_view>
@@ -116,9 +117,9 @@ StimulatorSteps::StimulatorSteps(const EncodingParameters& encoding)
     const ElectrodeLimits limits = ElectrodeLimits::of(each, encoding.stimulation);
     // The second phase carries phase/second_phase of the current, which must be on a step as well.
     const auto common = std::gcd(limits.phase.count(), limits.second_phase.count());
-    const auto steps = static_cast<double>(limits.second_phase.count() / common);
+    const std::int64_t steps = limits.second_phase.count() / common;
     phase_.push_back(limits.phase);
-    step_uA_.push_back(steps * encoding.stimulator.amplitude_step_uA);
+    step_uA_.push_back(static_cast<double>(steps) * encoding.stimulator.amplitude_step_uA);
   }
   seen_.reserve(static_cast<std::size_t>(most_waveforms_.value_or(0)) + 1);
 }

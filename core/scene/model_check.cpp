@@ -43,9 +43,11 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .fields(tick_fields(copy))
       .fields(neuron_fields(copy));
   for (const auto& patch : p.patches) all.also(patch.patch.check());
+  // The checks of a tip build it, on a skin whose numbers are in their ranges.
+  if (const auto checked = all.result(); !checked) return checked;
   for (const Indenter& indenter : p.indenters) {
-    all.also(indenter.check(p.skin))
-        .require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
+    if (const auto checked = all.also(indenter.check(p.skin)).result(); !checked) return checked;
+    all.require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
         .require(indenter.control == p.indenters.front().control ||
                      p.indenters.front().taxels() != nullptr || indenter.taxels() != nullptr,
                  "probe.control", kMixedControl)

@@ -22,10 +22,11 @@ namespace merkel {
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
 /// `depth_um`. Up to ProbeColumns::kMostFurther further columns are kept; readings of several
 /// probes are named like thumb_N, and need neither depth nor force. More pressures than that are
-/// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin with '#' are comments. Times are strictly
-/// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the
-/// validity of the samples after it (ProbeSample::valid_for); the comments of TimeBase::facts()
-/// before the header hold the start of the run that recorded it. Streams: memory is bounded.
+/// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin
+/// with '#' are comments. Times are strictly increasing, to the nanosecond; every value is finite.
+/// A comment `# valid_for_s=0.05` sets the validity of the samples after it
+/// (ProbeSample::valid_for); the comments of TimeBase::facts() before the header hold the start of
+/// the run that recorded it. Streams: memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.

@@ -119,6 +119,7 @@ Expected<void, SetupError> DeviceProbe::listen() {
   name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
   opened_serial_number_ = protocol_->serial_number();
+  opened_channels_ = protocol_->channels();
   return {};
 }
 
@@ -298,6 +299,9 @@ void DeviceProbe::clear_ready() {
 
 /// Input from the time without a reader is out of date.
 void DeviceProbe::discard_old_input() {
+  constexpr milliseconds kSlowDiscard{10};
+  constexpr std::chrono::microseconds kSlowRead{500};  ///< on average
+  const Time begun = now();
   // On a network, each read returns one datagram: read as many as a socket can hold.
   for (std::size_t reads = 0; reads < 4096; ++reads) {
     const auto bytes = stream_.counts.bytes;
@@ -306,6 +310,11 @@ void DeviceProbe::discard_old_input() {
       break;
     }
     if (stream_.counts.bytes == bytes) break;
+    // Reads so slow that each finds input that came meanwhile would never end.
+    const Time elapsed = now() - begun;
+    const bool whole = stream_.counts.bytes - bytes >= buffer_.size();
+    const auto slow = kSlowRead * static_cast<std::int64_t>(reads + 1);
+    if (!whole && elapsed > kSlowDiscard && elapsed > slow) break;
   }
   stream_.readings.clear();
   stream_.edges.clear();
@@ -449,12 +458,19 @@ void DeviceProbe::judge_quality() {
 bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
-  if (other && !wrong_device_reported_) {
-    notice("another device is connected at " + transport_->info().name + ", with serial number " +
-           serial_number + " instead of " + opened_serial_number_ +
-           ": the press is released; plug in the original device, or start a new run");
+  // Of a device that names its channels, each probe looks for its own.
+  const bool lacking = protocol_->channel_names().empty() &&
+                       (protocol_->channels() & opened_channels_) != opened_channels_;
+  if ((other || lacking) && !wrong_device_reported_) {
+    notice(
+        other
+            ? "another device is connected at " + transport_->info().name +
+                  ", with serial number " + serial_number + " instead of " + opened_serial_number_ +
+                  ": the press is released; plug in the original device, or start a new run"
+            : name_ +
+                  " has fewer channels than at the start: the press is released; start a new run");
   }
-  wrong_device_reported_ = other;
+  wrong_device_reported_ = other || lacking;
   return !wrong_device_reported_;
 }
 

@@ -90,6 +90,12 @@ class CsvLines final : public LineProtocol {
 
  private:
   static constexpr std::size_t kLearnFrom = 3;
+  /// A header that differs from the one before.
+  struct NewHeader {
+    RowNames names;
+    std::string notice;
+    char separator;
+  };
 
   void note_columns() {
     const std::vector<ChannelName> channels = names_.channels();
@@ -154,6 +160,7 @@ class CsvLines final : public LineProtocol {
       return;
     }
     if (cut) return;
+    if (new_header_) check_new_header(line, stream);
     if (known_ || (names_.known() && suits(line))) {
       known_ = true;
       read_numbers(line, arrival, stream);
@@ -180,28 +187,52 @@ class CsvLines final : public LineProtocol {
     return true;
   }
 
-  /// A header names all columns.
+  /// A header names all columns. One that changes them is obeyed once a row fits it: noise may look
+  /// like a header.
   bool read_header(std::string_view line, bool cut, DeviceStream& stream) {
     if (names_.in_rows() || parse_csv_field(line, false).number) return false;
     for (const char separator : {',', ';', '\t', ' '}) {
       if (style_is_given_ && style_->separator != separator) continue;
-      const RowNames::Header header = names_.take_header(csv_cells_of(line, separator), cut);
+      NewHeader next{.names = names_, .notice = {}, .separator = separator};
+      const RowNames::Header header = next.names.take_header(csv_cells_of(line, separator), cut);
       if (!header.is_one) continue;
-      order_.header();
-      if (!header.changed) return true;
-      note_columns();
-      if (!header.notice.empty()) {
-        stream.notice(header.notice);
-        stream.columns_changed = true;
-      }
-      if (!style_is_given_ && (!style_ || style_->separator != separator)) {
-        style_.reset();
-        known_ = false;
-        separator_of_header_ = names_.layout().size() > 1 ? std::optional(separator) : std::nullopt;
+      next.notice = header.notice;
+      if (!header.changed) {
+        order_.header();
+      } else if (known_ && !header.notice.empty()) {
+        new_header_ = std::move(next);
+      } else {
+        use(std::move(next), stream);
       }
       return true;
     }
     return false;
+  }
+
+  void use(NewHeader header, DeviceStream& stream) {
+    names_ = std::move(header.names);
+    order_.header();
+    note_columns();
+    if (!header.notice.empty()) {
+      stream.notice(header.notice);
+      stream.columns_changed = true;
+    }
+    if (!style_is_given_ && (!style_ || style_->separator != header.separator)) {
+      style_.reset();
+      known_ = false;
+      separator_of_header_ =
+          names_.layout().size() > 1 ? std::optional(header.separator) : std::nullopt;
+    }
+  }
+
+  /// Obeys the new header if a row fits it, or forgets it.
+  void check_new_header(std::string_view line, DeviceStream& stream) {
+    NewHeader next = *std::exchange(new_header_, std::nullopt);
+    split(line, next.separator);
+    DeviceReading reading;
+    std::optional<std::uint32_t> number;
+    const bool decimal_comma = style_ && style_->decimal_comma;
+    if (read_fields(next.names, decimal_comma, reading, number)) use(std::move(next), stream);
   }
 
   void split(std::string_view line, char separator) {
@@ -220,7 +251,7 @@ class CsvLines final : public LineProtocol {
     const bool marks = line.find_first_of(":=") != std::string_view::npos;
     if (marks && read_labelled_row(line, style, row_, units_)) return false;  // learn() does
     split(line, style.separator);
-    if (!style_ && !read_fields(style.decimal_comma, reading, number)) return false;
+    if (!style_ && !read_fields(names_, style.decimal_comma, reading, number)) return false;
     style_ = style;
     return true;
   }
@@ -286,13 +317,13 @@ class CsvLines final : public LineProtocol {
     return measures_;
   }
 
-  bool read_fields(bool decimal_comma, DeviceReading& reading,
+  bool read_fields(const RowNames& names, bool decimal_comma, DeviceReading& reading,
                    std::optional<std::uint32_t>& number) const {
-    const std::vector<std::size_t>& layout = names_.layout();
+    const std::vector<std::size_t>& layout = names.layout();
     if (parts_.size() != layout.size()) return false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (layout[i] == RowNames::kIgnored) continue;
-      if (!read_csv_column(names_.column(layout[i]), parts_[i], decimal_comma, reading, number)) {
+      if (!read_csv_column(names.column(layout[i]), parts_[i], decimal_comma, reading, number)) {
         return false;
       }
     }
@@ -314,7 +345,7 @@ class CsvLines final : public LineProtocol {
     DeviceReading reading;
     reading.arrival = arrival;
     std::optional<std::uint32_t> number;
-    if (!read_fields(decimal_comma, reading, number)) {
+    if (!read_fields(names_, decimal_comma, reading, number)) {
       ++stream.counts.damaged;
       return;
     }
@@ -328,6 +359,7 @@ class CsvLines final : public LineProtocol {
   std::optional<CsvStyle> style_;
   bool style_is_given_;
   std::optional<char> separator_of_header_;
+  std::optional<NewHeader> new_header_;                      ///< no row has confirmed it yet
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
   RowNames names_;
   std::optional<FrameLines> frames_;

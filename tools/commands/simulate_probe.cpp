@@ -166,7 +166,8 @@ void add_simulate_probe_command(CommandLine& program) {
           "simulate-probe hbf1 --trace taps --link /tmp/probe")
       .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
-      .option("--trace", options->trace, "Trace file to play (CSV), or taps, ramp_and_hold, slide or faulty")
+      .option("--trace", options->trace,
+              "Trace file to play (CSV), or taps, ramp_and_hold, slide or faulty")
       .required()
       .option("--link", options->link, "Symbolic link to create to the terminal")
       .option("--network", options->network,

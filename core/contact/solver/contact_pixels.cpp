@@ -28,7 +28,7 @@ struct TouchingRegion {
 
 /// One look at a region: the samples that lie below the depth, or may between two samples.
 TouchingRegion looked_at(const PressedTip& tip, double depth_mm, const TouchingRegion& region) {
-  constexpr int n = kRegionSamples;
+  const int n = kRegionSamples;
   const double dx = 2.0 * region.half_width_mm / n;
   const double dy = 2.0 * region.half_length_mm / n;
   const auto x = [&](int i) { return region.middle.x_mm - region.half_width_mm + (i + 0.5) * dx; };

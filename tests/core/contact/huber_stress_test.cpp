@@ -7,8 +7,8 @@
 
 #include "core/math/random.hpp"
 #include "core/skin/point_load.hpp"
-#include "tools/studies/reference/superposition.hpp"
 #include "tests/sweep.hpp"
+#include "tools/studies/reference/superposition.hpp"
 
 namespace merkel {
 namespace {

@@ -58,10 +58,31 @@ TEST(StimulationOutlet, PassesOnUnchangedWhatIsOnTime) {
   }
 }
 
-TEST(StimulationOutlet, ALateUpdateIsNotPassedOnAndTheNextIsAnOffFromWhichAmplitudesRise) {
+TEST(StimulationOutlet, ALateUpdateIsNotPassedOnAndAmplitudesRiseFromTheLastOne) {
   StimulationOutlet outlet(outlet_parameters());
-  outlet.pass(sent_at(milliseconds{10}, 50.0, 1), milliseconds{10});
-  EXPECT_TRUE(outlet.pass(sent_at(milliseconds{20}, 50.0, 2), milliseconds{26}).empty());
+  outlet.pass(sent_at(milliseconds{10}, 40.0, 1), milliseconds{11});
+  EXPECT_TRUE(outlet.pass(sent_at(milliseconds{20}, 80.0, 2), milliseconds{26}).empty());
+  EXPECT_EQ(outlet.refused().size(), 2U);
+  // The pulse of an electrode rests on the update before it.
+  EXPECT_TRUE(outlet.pass(pulse_at(milliseconds{27}, 80.0), milliseconds{27}).empty());
+  const auto risen = outlet.pass(sent_at(milliseconds{30}, 80.0, 3), milliseconds{31});
+  ASSERT_EQ(risen.size(), 2U);
+  EXPECT_DOUBLE_EQ(risen[0].command.amplitude_uA, 60.0);  // 1000 µA/s for 20 ms
+  EXPECT_EQ(risen[0].command.stop, Stop::kNone);
+  EXPECT_EQ(
+      outlet.pass(sent_at(milliseconds{40}, 80.0, 4), milliseconds{41})[0].command.amplitude_uA,
+      70.0);
+  // A second one counts from what the first left.
+  EXPECT_TRUE(outlet.pass(sent_at(milliseconds{50}, 80.0, 5), milliseconds{56}).empty());
+  EXPECT_EQ(
+      outlet.pass(sent_at(milliseconds{60}, 75.0, 6), milliseconds{61})[0].command.amplitude_uA,
+      75.0);
+}
+
+TEST(StimulationOutlet, AReceiverThatHasSwitchedOffByItselfGetsAnOffFromWhichAmplitudesRise) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.pass(sent_at(milliseconds{-40}, 50.0, 1), milliseconds{-40});  // valid until 20 ms
+  EXPECT_TRUE(outlet.pass(sent_at(milliseconds{10}, 50.0, 2), milliseconds{26}).empty());
   EXPECT_EQ(outlet.refused().size(), 2U);
   const auto off = outlet.pass(sent_at(milliseconds{30}, 50.0, 3), milliseconds{30});
   ASSERT_EQ(off.size(), 2U);
@@ -175,7 +196,6 @@ TEST(StimulationOutlet, NeverIncreasesAnAmplitudeNorRisesAboveTheSlopeWhateverIs
       }
       const nanoseconds now = sent + (late ? milliseconds{8} : milliseconds{1});
       const auto out = outlet.pass(sent_at(sent, gate_uA, ++heartbeat), now);
-      missed = missed || late;
       if (out.empty()) continue;
       const double uA = out[0].command.amplitude_uA;
       if (missed) {

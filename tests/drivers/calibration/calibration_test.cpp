@@ -80,8 +80,7 @@ TEST(ProbeCalibration, AFileIsReadBackToTheBit) {
                          .saturation = 40.0,
                          .noise = 1e-5,
                          .residual = 0.25};
-  auto read =
-      read_calibration(folder.file("c.toml", calibration_text(written, "made by a test")));
+  auto read = read_calibration(folder.file("c.toml", calibration_text(written, "made by a test")));
   ASSERT_TRUE(read.has_value()) << read.error().sentence;
   EXPECT_EQ(read->serial_number, written.serial_number);
   EXPECT_EQ(read->date, written.date);

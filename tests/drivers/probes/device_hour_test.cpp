@@ -68,7 +68,10 @@ class FaultyCable final : public Transport {
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
     if (pulled_out()) return Unexpected<Disconnected>(Disconnected{});
     measure();
+    const bool started = device_->started();
     device_->take(bytes, device_time(clock_.time), wire_);
+    // A device measures its first sample when it is started, not when bytes next arrive.
+    if (!started) measure();
     return {};
   }
 

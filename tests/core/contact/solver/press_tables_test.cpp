@@ -8,7 +8,6 @@
 
 #include "core/contact/solver/tip_heights.hpp"
 #include "core/skin/strain_energy_density.hpp"
-#include "core/contact/solver/tip_heights.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 
