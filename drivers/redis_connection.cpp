@@ -7,14 +7,17 @@
 #include "drivers/sinks/host_name.hpp"
 
 namespace merkel {
-Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote,
-                                                       std::chrono::milliseconds patience) {
-  const timeval timeout{.tv_sec = patience.count() / 1000,
-                        .tv_usec = patience.count() % 1000 * 1000};
+namespace {
+
+constexpr timeval kRedisTimeout{.tv_sec = 1, .tv_usec = 0};
+
+}  // namespace
+
+Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote) {
   RedisConnection connection;
   std::string start = "redis-server --unixsocket " + uri.path;
   if (uri.path.starts_with('/')) {
-    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), timeout));
+    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kRedisTimeout));
   } else {
     const auto address = HostAndPort::parse(uri.path);
     if (!address) {
@@ -24,14 +27,14 @@ Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allo
     }
     if (!allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
     start = "redis-server --port " + std::to_string(address->port);
-    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, timeout));
+    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kRedisTimeout));
   }
   if (!connection || connection->err != 0) {
     return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
                        (connection ? connection->errstr : "out of memory") + "): start it with " +
                        start);
   }
-  redisSetTimeout(connection.get(), timeout);
+  redisSetTimeout(connection.get(), kRedisTimeout);
   return connection;
 }
 

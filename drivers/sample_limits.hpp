@@ -25,8 +25,7 @@ struct SampleLimits {
   return plausible(sample.depth_mm, SampleLimits::kDepth_mm) &&
          plausible(sample.force_mN, SampleLimits::kForce_mN) &&
          plausible(sample.x_mm, SampleLimits::kPosition_mm) &&
-         plausible(sample.y_mm, SampleLimits::kPosition_mm) &&
-         plausible(sample.zero_mN, SampleLimits::kForce_mN);
+         plausible(sample.y_mm, SampleLimits::kPosition_mm);
 }
 
 }  // namespace merkel

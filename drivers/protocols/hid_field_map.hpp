@@ -16,8 +16,7 @@ struct HidField {
   DeviceChannel channel = DeviceChannel::kForce;
   std::string name = {};   ///< of a channel with a name of its own, with its unit
   bool force = true;       ///< of such a channel: in N; else in mm, or
-  bool pressure = false;   ///< in kPa, or
-  bool sync = false;       ///< a sync line: 0 or 1
+  bool pressure = false;   ///< in kPa
   std::size_t offset = 0;  ///< of the lowest bit, after the report ID; little-endian
   std::size_t bits = 16;   ///< 1 to 32
   bool is_signed = false;

@@ -20,15 +20,14 @@ class LineProtocol : public Protocol {
       }
       if (!line) continue;
       const std::uint64_t bad = stream.counts.bad();
-      if (!line->empty()) stream.answer = *line;
+      stream.answer = *line;
       read_line(*line, arrival, stream);
       if (stream.counts.bad() > bad) stream.rejected = stream.answer;
     }
   }
 
  protected:
-  /// \param line  without its line end; empty only if lines_ keeps such lines.  \param arrival time
-  /// of its last byte
+  /// \param line  not empty, without its line end.  \param arrival  time of its last byte
   virtual void read_line(std::string_view line, std::chrono::nanoseconds arrival,
                          DeviceStream& stream) = 0;
 

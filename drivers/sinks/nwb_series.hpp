@@ -1,8 +1,6 @@
 #pragma once
 
-#include <chrono>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -43,26 +41,19 @@ class ProbeSeries {
 /// The stimulation commands of one electrode in /stimulus/presentation: amplitude and frequency of
 /// its updates, the reason for which everything was off (StimulationCommand::Stop; a series of its
 /// own, because Neo refuses files with the `control` of a series), and the amplitudes of its single
-/// pulses if there are any. Of commands that left, also when each passed the gate.
+/// pulses if there are any.
 class ElectrodeSeries {
  public:
-  enum class Of : std::uint8_t { kCommanded, kSent };
-  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of);
+  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode);
 
-  /// \param sent  SentCommand::sent
-  void add(double time_s, const StimulationCommand& command, std::chrono::nanoseconds sent);
+  void add(double time_s, const StimulationCommand& command);
 
  private:
-  [[nodiscard]] std::string verb() const;
-  [[nodiscard]] std::string path(const char* quantity) const;
-
   Hdf5File& file_;
   NwbContent::Electrode electrode_;
-  Of of_;
   TimeSeries amplitude_;
   TimeSeries frequency_;
   TimeSeries stops_;
-  std::unique_ptr<TimeSeries> sent_;
   std::unique_ptr<TimeSeries> pulses_;
 };
 

@@ -1,8 +1,0 @@
-"""The command merkel of a wheel."""
-import sys
-
-from ._merkel import _main
-
-
-def main():
-    sys.exit(_main(["merkel", *sys.argv[1:]]))
