@@ -45,6 +45,7 @@ struct ProbeInfo {
   /// dropped.
   bool replayed = false;
   std::string calibration_file = {};  ///< as the user gave it; empty for none
+  std::uint32_t calibrated = 0;       ///< ProbeSample::Channel bits that this file calibrates
   std::string calibration = {};       ///< in force, as the text of such a file; of a device only
   std::vector<std::string> extra_columns = {};  ///< names of its further columns, in order
   /// All channels of a device with names of their own, more than extra_columns can be.
@@ -107,6 +108,8 @@ struct ProbeStatus {
   bool connected = true;                    ///< all its devices are plugged in
   /// Of the readings of a device for its first probe; null for others.
   const ProbeCalibration* calibration = nullptr;
+  /// Of each output, why its device had no value for it, or for some of its taxels; empty: it had.
+  std::vector<std::string> lacks = {};
 };
 
 /// Receives the bytes that pass a port of a probe.

@@ -7,17 +7,14 @@
 #include "drivers/sinks/host_name.hpp"
 
 namespace merkel {
-namespace {
-
-constexpr timeval kRedisTimeout{.tv_sec = 1, .tv_usec = 0};
-
-}  // namespace
-
-Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote) {
+Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote,
+                                                       std::chrono::milliseconds patience) {
+  const timeval timeout{.tv_sec = patience.count() / 1000,
+                        .tv_usec = patience.count() % 1000 * 1000};
   RedisConnection connection;
   std::string start = "redis-server --unixsocket " + uri.path;
   if (uri.path.starts_with('/')) {
-    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), kRedisTimeout));
+    connection.reset(redisConnectUnixWithTimeout(uri.path.c_str(), timeout));
   } else {
     const auto address = HostAndPort::parse(uri.path);
     if (!address) {
@@ -27,14 +24,14 @@ Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allo
     }
     if (!allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
     start = "redis-server --port " + std::to_string(address->port);
-    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, kRedisTimeout));
+    connection.reset(redisConnectWithTimeout(address->host.c_str(), address->port, timeout));
   }
   if (!connection || connection->err != 0) {
     return unavailable("\"" + uri.text + "\": no Redis server answers there (" +
                        (connection ? connection->errstr : "out of memory") + "): start it with " +
                        start);
   }
-  redisSetTimeout(connection.get(), kRedisTimeout);
+  redisSetTimeout(connection.get(), timeout);
   return connection;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -19,9 +20,11 @@ struct FreeRedisReply {
 using RedisConnection = std::unique_ptr<redisContext, FreeRedisContext>;
 using RedisReply = std::unique_ptr<redisReply, FreeRedisReply>;
 
-/// Connects to a server at HOST:PORT, or at the socket with that absolute path; waits at most a
-/// second, also for its replies. \param allow_remote  the server may be on another machine
-[[nodiscard]] Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri,
-                                                                     bool allow_remote);
+/// Connects to a server at HOST:PORT, or at the socket with that absolute path.
+/// \param allow_remote  the server may be on another machine
+/// \param patience  for the connection, and for each of its replies
+[[nodiscard]] Expected<RedisConnection, SetupError> connect_to_redis(
+    const Uri& uri, bool allow_remote,
+    std::chrono::milliseconds patience = std::chrono::milliseconds{1000});
 
 }  // namespace merkel

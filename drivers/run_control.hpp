@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "core/records/mark.hpp"
+#include "drivers/stimulation_switch.hpp"
 
 namespace merkel {
 
@@ -32,6 +33,10 @@ class RunControl {
   [[nodiscard]] virtual bool tare(std::size_t probe) = 0;
   /// Sends a mark to every sink that subscribed to kMarks.
   virtual void mark(const Mark& mark) = 0;
+  /// Reports a sentence to the user.
+  virtual void notice(const std::string& sentence) = 0;
+  /// Stops the stimulation of the run, and starts it again.
+  [[nodiscard]] virtual StimulationSwitch& stimulation() noexcept = 0;
   /// The present connection of a probe.
   [[nodiscard]] virtual Link link(std::size_t probe) const = 0;
 };

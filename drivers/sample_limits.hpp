@@ -25,7 +25,8 @@ struct SampleLimits {
   return plausible(sample.depth_mm, SampleLimits::kDepth_mm) &&
          plausible(sample.force_mN, SampleLimits::kForce_mN) &&
          plausible(sample.x_mm, SampleLimits::kPosition_mm) &&
-         plausible(sample.y_mm, SampleLimits::kPosition_mm);
+         plausible(sample.y_mm, SampleLimits::kPosition_mm) &&
+         plausible(sample.zero_mN, SampleLimits::kForce_mN);
 }
 
 }  // namespace merkel

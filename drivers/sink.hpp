@@ -52,10 +52,14 @@ class Sink {
   [[nodiscard]] bool takes() const noexcept {
     return (subscriptions() & kKind<Record>) != 0U;
   }
-  /// True if its receiver acts on commands or shows them as they come. On the host's clock, its
-  /// commands pass a StimulationGate; all other sinks record what the encoder commanded.
-  /// Thread: any.
-  [[nodiscard]] virtual bool stimulates() const noexcept { return false; }
+  /// Whether its receiver acts on commands or shows them as they come: it takes those that have
+  /// passed the gate, and not those of the encoder, as a sink does that records. Thread: any.
+  [[nodiscard]] bool receives_commands() const noexcept {
+    return takes<SentCommand>() && !takes<StimulationCommand>();
+  }
+  /// True as long as its receiver is away, and once more after that: commands are lost, and the
+  /// receiver then gets an off before any other command. Thread: consumer.
+  [[nodiscard]] virtual bool interrupted() { return false; }
 
   /// Further threads that carry its output to the receivers, by their numbers in the kernel. They
   /// live as long as the sink. Thread: consumer.

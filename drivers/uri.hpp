@@ -43,6 +43,15 @@ class UriOptions {
   /// One of several words, separated by '|' in `words`.
   std::string word(std::string_view key, std::string_view fallback, std::string_view words);
   [[nodiscard]] bool given(std::string_view key) const { return uri_.options.contains(key); }
+  /// The names of the given options that satisfy a condition.
+  template <class Condition>
+  [[nodiscard]] std::vector<std::string> keys(const Condition& condition) const {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : uri_.options) {
+      if (condition(name)) names.push_back(name);
+    }
+    return names;
+  }
 
   /// Returns the first error in the options; also fails on an unknown option.
   [[nodiscard]] Expected<void, SetupError> finish() const;

@@ -55,8 +55,11 @@ struct Pipeline::Parts {
   Parts(TactileModel& the_model, Parameters the_parameters)
       : model(the_model),
         parameters(std::move(the_parameters)),
-        sinks(fanout, probes, model.neurons(), parameters.encoder != nullptr,
-              model.parameters().has_arrays()) {}
+        sinks(fanout, probes, watch,
+              {.neurons = model.neurons(),
+               .commands = parameters.encoder != nullptr,
+               .arrays = model.parameters().has_arrays(),
+               .fast = parameters.fast}) {}
   Parts(const Parts&) = delete;
   Parts& operator=(const Parts&) = delete;
   /// The readers of a run that failed to start still fill the sinks' feeds.
@@ -71,6 +74,7 @@ struct Pipeline::Parts {
   void simulate(C& clock, RunReport& report, HostTimeReport& host);
   void attend(const HostTimeReport& host, pthread_t simulation, RunReport& report);
   void set_origin(nanoseconds start);
+  void follow_switch(RunReport& report);
   void drain_events(RunReport& report);
   void report_ceiling();
   void report_catch_up(nanoseconds elapsed);
@@ -130,6 +134,8 @@ void Pipeline::request_stop_now() noexcept {
   request_stop();
 }
 
+StimulationSwitch& Pipeline::stimulation() noexcept { return parts_->watch.stimulation(); }
+
 const LoopStatistics& Pipeline::statistics() const noexcept { return parts_->statistics; }
 
 RunCounters Pipeline::counters() const { return parts_->counters(); }
@@ -145,8 +151,7 @@ Expected<RunReport, SetupError> Pipeline::run() {
   RunReport report;
   report.probes.resize(parts.probes.size());
   parts.guard_commands();
-  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.watch,
-                    parts.parameters.realtime);
+  parts.sinks.start([&parts] { return parts.status(); }, parts.origin, parts.parameters.realtime);
   if (parts.parameters.fast) {
     VirtualClock clock(parts.stop);
     parts.run_loop(clock, report);
@@ -263,6 +268,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
                              all_replayed ? INT64_MAX : kLiveCatchUp),
                          .encoder = parameters.encoder,
+                         .without_gate = parameters.fast,
                          .timings = parameters.timings},
                         clock, model, probes.inputs(), fanout, statistics, events);
   started.store(true, std::memory_order_release);
@@ -312,7 +318,9 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
   ProcessorShare share;
   while (!done.load(std::memory_order_acquire)) {
     drain_events(report);
+    follow_switch(report);
     sinks.report_failures(parameters.on_sink_failure);
+    sinks.take_notices(parameters.on_notice);
     recent.look(statistics, PeriodicClock::now());
     static_cast<void>(ended.try_acquire_for(milliseconds{parameters.fast ? 1 : 20}));
     const nanoseconds now = PeriodicClock::now();
@@ -334,6 +342,22 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
                               .tick = statistics.tick.snapshot()});
     }
   }
+}
+
+/// Reports a stop of stimulation by hand, and its end, also to the sinks that take marks.
+void Pipeline::Parts::follow_switch(RunReport& report) {
+  const StimulationSwitch::By by = watch.stimulation().stopped();
+  if (parameters.encoder == nullptr || by == report.stimulation_stopped) return;
+  const bool stops = by != StimulationSwitch::By::kNone;
+  const std::string sentence =
+      stops ? "stimulation stopped by " + std::string(name_of(by)) : "stimulation started again";
+  const nanoseconds at = simulated_in(counters(), model.parameters().tick);
+  report.stimulation_stopped = by;
+  if (stops) report.stimulation_stop = {.by = by, .at = at};
+  sinks.mark({.time = report.start + at, .label = sentence});
+  if (!parameters.on_notice) return;
+  parameters.on_notice(sentence + (stops ? ": all electrodes are off until it is started again"
+                                         : ": amplitudes rise from 0 within the limits"));
 }
 
 void Pipeline::Parts::drain_events(RunReport& report) {
@@ -406,8 +430,9 @@ void Pipeline::Parts::finish(RunReport& report) {
 RunCounters Pipeline::Parts::counters() const {
   RunCounters counters = statistics.snapshot();
   counters.spikes_dropped = fanout.dropped<SpikeEvent>();
-  counters.commands_dropped = fanout.dropped<StimulationCommand>();
-  fanout.add_gates_to(counters);
+  counters.commands_dropped = fanout.dropped<StimulationCommand>() + fanout.dropped<SentCommand>();
+  counters.commands_refused = fanout.refused();
+  watch.add_to(counters);
   const bool host_time = rights_known.load(std::memory_order_acquire);
   counters.demotions = host_time && simulation_was_demoted() ? 1 : 0;
   probes.add_to(counters);

@@ -88,6 +88,10 @@ class Pipeline {
   /// slow subscribers are abandoned. Safe to call from a signal handler.
   void request_stop_now() noexcept;
 
+  /// Stops the stimulation of the run by hand, and starts it again. Safe to use from any thread or
+  /// a signal handler.
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept;
+
   [[nodiscard]] const LoopStatistics& statistics() const noexcept;
   /// All counters so far. Thread: any, once the run has started.
   [[nodiscard]] RunCounters counters() const;

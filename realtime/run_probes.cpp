@@ -32,6 +32,14 @@ std::size_t queue_capacity(const ProbeInfo& info) {
                     info.taxels > 0 ? kLargestArrayQueue : kLargestSampleQueue);
 }
 
+/// The taxels of an array have a zero each, so their sum needs none.
+ContactDecision::Parameters contact_of(const ProbeInfo& info,
+                                       const ProbeInput::Parameters& parameters) {
+  ContactDecision::Parameters contact = parameters.contact;
+  if (info.taxels > 0) contact.zero = ContactDecision::Zero::kFixed;
+  return contact;
+}
+
 /// What a device without a sample has sent instead, and what to do.
 std::string no_sample(const std::optional<DeviceCounts>& device) {
   const std::string duration = std::to_string(kSilence.count() / 1000) + " s";
@@ -62,7 +70,8 @@ RunProbes::Route::Route(Device& the_device, std::size_t the_output,
     : device(&the_device),
       output(the_output),
       parameters(the_parameters),
-      channel(ring, the_output) {}
+      channel(ring, the_output),
+      contact(contact_of(info(), the_parameters), info().replayed) {}
 
 const ProbeInfo& RunProbes::Route::info() const noexcept {
   return device->probe->outputs()[output];
@@ -124,10 +133,13 @@ void RunProbes::start(const MakeFeeds& make_feeds,
     for (std::size_t i = 0; i < routes_.size(); ++i) {
       Route& route = *routes_[i];
       if (route.device != device.get()) continue;
-      receivers[route.output] = {.channel = &route.channel, .feeds = std::move(feeds[i])};
+      receivers[route.output] = {.channel = &route.channel,
+                                 .contact = &route.contact,
+                                 .probe = static_cast<std::uint32_t>(i),
+                                 .feeds = std::move(feeds[i])};
     }
     device->reader = std::make_unique<ProbeReader>(
-        *device->probe, std::move(receivers),
+        *device->probe, std::move(receivers), device->edges,
         ProbeReader::Parameters{.shift = shift,
                                 .realtime = replayed ? std::nullopt : realtime,
                                 .wait_for_sinks = !realtime});
@@ -289,7 +301,8 @@ std::vector<RunProgress::OfProbe> RunProbes::readings() const {
          .state = route->channel.state.load(std::memory_order_relaxed),
          .name = route->info().name,
          .live = !route->info().replayed,
-         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)}});
+         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)},
+         .zero_uncertain = route->channel.zero_uncertain.load(std::memory_order_relaxed)});
   }
   return readings;
 }
@@ -336,13 +349,18 @@ void RunProbes::finish(RunReport& report) {
     RunReport::OfProbe& of = report.probes[i];
     of.uri = route.info().uri;
     of.counts = inputs_[i].counts();
-    of.device = device.device_counts();
+    ProbeStatus status = device.status();
+    of.device = std::move(status.device);
     of.shares_device = !is_first_of_device(i);
-    of.timing = device.timing();
+    of.timing = status.timing;
+    if (route.output < status.lacks.size()) of.lack = std::move(status.lacks[route.output]);
     of.channels = route.info().channels;
+    of.decimate = route.parameters.decimate;
     of.stale_after =
         route.parameters.stale_after.value_or(of.timing ? of.timing->stale_after : nanoseconds{0});
     of.dropped = route.channel.dropped.value();
+    of.drift = route.contact.drift();
+    of.contact = route.parameters.contact;
     of.samples_in = route.channel.delivered.value() + of.dropped;
     of.unused = route.channel.delivered.value() - of.counts.used - of.counts.late;
   }

@@ -51,6 +51,10 @@ class RunProbes {
   [[nodiscard]] bool is_first_of_device(std::size_t probe) const {
     return routes_.at(probe).get() == routes_.at(probe)->device->routes.front();
   }
+  /// Adds a feed for the edges of the device of a probe. Call it before start().
+  void add_edge_feed(std::size_t probe, Feed<SyncEdge>& feed) {
+    routes_.at(probe)->device->edges.push_back(&feed);
+  }
   /// One per probe, for the loop; made by start().
   [[nodiscard]] std::span<ProbeInput> inputs() noexcept { return inputs_; }
   [[nodiscard]] bool all_replayed() const;
@@ -112,10 +116,12 @@ class RunProbes {
     std::size_t output;
     ProbeInput::Parameters parameters;
     ProbeChannel channel;
+    ContactDecision contact;  ///< of the device's thread until it has stopped
   };
   struct Device {
     std::unique_ptr<Probe> probe;
-    std::vector<Route*> routes;  ///< by output
+    std::vector<Route*> routes;          ///< by output
+    std::vector<Feed<SyncEdge>*> edges;  ///< of sinks that take edges
     std::unique_ptr<ProbeReader> reader;
   };
 

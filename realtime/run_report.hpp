@@ -9,6 +9,7 @@
 #include "core/records/run_counters.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/press_watch.hpp"
@@ -37,6 +38,12 @@ struct HostTimeReport {
   LatencySummary publish;
 };
 
+/// A stop of the stimulation by hand.
+struct StimulationStopReport {
+  StimulationSwitch::By by = StimulationSwitch::By::kNone;  ///< kNone: there was none
+  std::chrono::nanoseconds at{0};                           ///< since the start of the run
+};
+
 /// The result of a run: its counters, overall and per probe and sink.
 struct RunReport : RunCounters {
   struct OfProbe {
@@ -49,10 +56,14 @@ struct RunReport : RunCounters {
     std::optional<DeviceCounts> device;  ///< counted by the driver; none for a recording
     bool shares_device = false;          ///< with an earlier probe, which stands for the device
     std::optional<SampleTiming> timing;  ///< as measured; none for a recording
+    std::string lack;                    ///< ProbeStatus::lacks of its output
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
-    DeepestPress deepest_press;               ///< as it reported it
-    PressRange press_range;                   ///< of its readings
+    ProbeInput::Decimate decimate = ProbeInput::Decimate::kLast;
+    DeepestPress deepest_press;           ///< as it reported it
+    PressRange press_range;               ///< of its readings
+    ContactDecision::Drift drift;         ///< of its zero
+    ContactDecision::Parameters contact;  ///< by which its contact was decided
   };
   struct OfSink {
     std::string uri;
@@ -83,9 +94,11 @@ struct RunReport : RunCounters {
   std::vector<std::uint64_t> contact_ticks_of_patch;  ///< ticks in which a probe touched the patch
 
   std::optional<HostTimeReport> host_time;  ///< only for runs on the host's clock
-  std::string error_message;                ///< empty, or the reason why a probe's stream failed
-  bool bad_input = false;    ///< the stream failed because of an invalid recording, not a device
-  bool interrupted = false;  ///< stopped before the end of the streams
+  StimulationStopReport stimulation_stop;   ///< the last one
+  StimulationSwitch::By stimulation_stopped = StimulationSwitch::By::kNone;  ///< at the end
+  std::string error_message;  ///< empty, or the reason why a probe's stream failed
+  bool bad_input = false;     ///< the stream failed because of an invalid recording, not a device
+  bool interrupted = false;   ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;
 };
@@ -101,6 +114,7 @@ struct RunProgress {
     std::string name = {};              ///< for display
     bool live = false;                  ///< a device
     std::chrono::nanoseconds touch{0};  ///< the length of the touch so far; 0: none
+    bool zero_uncertain = false;        ///< that touch may be drift
   };
   std::vector<OfProbe> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began

@@ -24,12 +24,16 @@ constexpr std::size_t kCapacity<SpikeEvent> = 65536;
 template <>
 constexpr std::size_t kCapacity<StimulationCommand> = 65536;
 template <>
+constexpr std::size_t kCapacity<SentCommand> = 65536;
+template <>
 constexpr std::size_t kCapacity<TaxelBlock> = 65536;
-/// These have a feed from each probe and each port.
+/// These have a feed from each probe, each port and each device.
 template <>
 constexpr std::size_t kCapacity<DeliveredSample> = 0;
 template <>
 constexpr std::size_t kCapacity<PortFrame> = 0;
+template <>
+constexpr std::size_t kCapacity<SyncEdge> = 0;
 /// The sink's thread asks for it.
 template <>
 constexpr std::size_t kCapacity<RunStatus> = 0;
@@ -44,7 +48,7 @@ class RunSinks::Control final : public RunControl {
   void watch(std::span<const std::uint32_t> neurons) noexcept override {
     for (std::size_t i = 0; i < kMostWatched; ++i) {
       const std::uint32_t number =
-          i < neurons.size() && neurons[i] <= sinks_.neurons_ ? neurons[i] : 0;
+          i < neurons.size() && neurons[i] <= sinks_.run_.neurons ? neurons[i] : 0;
       channel_.watched[i].store(number, std::memory_order_relaxed);
     }
   }
@@ -54,10 +58,14 @@ class RunSinks::Control final : public RunControl {
            probes.device_of(probe).request_tare(probes.output_of(probe));
   }
   void mark(const Mark& mark) override {
-    if (!started()) return;
-    for (const auto& entry : sinks_.entries_) {
-      for (const auto& feed : entry->channel.feeds.marks) static_cast<void>(feed->try_push(mark));
-    }
+    if (started()) sinks_.mark(mark);
+  }
+  void notice(const std::string& sentence) override {
+    const std::lock_guard lock(sinks_.mutex_);
+    sinks_.notices_.push_back(sentence);
+  }
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept override {
+    return sinks_.watch_.stimulation();
   }
   [[nodiscard]] Link link(std::size_t probe) const override {
     if (!started()) return Link::kConnected;
@@ -82,11 +90,20 @@ RunSinks::~RunSinks() {
   }
 }
 
+template <class Record>
+bool RunSinks::is_produced(const Sink& sink) const noexcept {
+  if constexpr (std::is_same_v<Record, StimulationCommand>) return run_.commands;
+  // On a virtual clock nothing is sent, so there is nothing to record.
+  if constexpr (std::is_same_v<Record, SentCommand>) {
+    return run_.commands && (sink.receives_commands() || !run_.fast);
+  }
+  return run_.arrays || !std::is_same_v<Record, TaxelBlock>;
+}
+
 void RunSinks::add(std::unique_ptr<Sink> sink) {
   ConsumerChannel& channel = fanout_.add_channel();
   for_each_kind(channel.feeds, [&]<class Record>(const Feeds<Record>&) {
-    const bool produced = (commands_ || !std::is_same_v<Record, StimulationCommand>)&&(
-        arrays_ || !std::is_same_v<Record, TaxelBlock>);
+    const bool produced = is_produced<Record>(*sink);
     constexpr std::size_t kRoom = kCapacity<Record>;
     if constexpr (kRoom > 0) {
       if (produced && sink->takes<Record>()) channel.add<Record>(kRoom);
@@ -96,6 +113,10 @@ void RunSinks::add(std::unique_ptr<Sink> sink) {
                                              .sink = std::move(sink),
                                              .channel = channel});
   entry->sink->attach(*entry->control);
+  // On a virtual clock no receiver acts on commands.
+  if (!gate_ && run_.commands && !run_.fast && entry->sink->receives_commands()) {
+    gate_ = std::make_unique<GateThread>(fanout_, watch_);
+  }
   entries_.push_back(std::move(entry));
 }
 
@@ -111,10 +132,14 @@ std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capac
 }
 
 void RunSinks::listen() {
+  constexpr std::size_t kEdges = 4096;
   for (const auto& entry : entries_) {
-    if (!entry->sink->takes<PortFrame>()) continue;
     for (std::uint32_t i = 0; i < probes_.size(); ++i) {
       if (!probes_.is_first_of_device(i)) continue;
+      if (entry->sink->takes<SyncEdge>()) {
+        probes_.add_edge_feed(i, entry->channel.add<SyncEdge>(kEdges));
+      }
+      if (!entry->sink->takes<PortFrame>()) continue;
       Probe& probe = probes_.device_of(i);
       for (std::uint32_t port = 0; port < probe.ports(); ++port) {
         entry->taps.push_back(std::make_unique<FrameTap>(
@@ -125,16 +150,43 @@ void RunSinks::listen() {
 }
 
 void RunSinks::start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
-                     const RunWatch& watch, const RealtimeSettings& realtime) {
+                     const RealtimeSettings& realtime) {
+  if (gate_) {
+    for (const auto& entry : entries_) {
+      if (!entry->channel.template takes<SentCommand>()) continue;
+      gate_->add(entry->channel, !entry->sink->receives_commands());
+    }
+    gate_->start(realtime);
+  }
+  std::uint32_t number = 0;
   for (const auto& entry : entries_) {
-    entry->writer =
-        std::make_unique<SinkWriter>(*entry->sink, SinkWriter::Sources{.channel = entry->channel,
-                                                                       .status = status,
-                                                                       .origin = &origin,
-                                                                       .watch = &watch,
-                                                                       .realtime = realtime});
+    entry->writer = std::make_unique<SinkWriter>(
+        *entry->sink, SinkWriter::Sources{.channel = entry->channel,
+                                          .status = status,
+                                          .origin = &origin,
+                                          .encoding = gate_ ? &watch_.encoding() : nullptr,
+                                          .gate = gate_.get(),
+                                          .number = ++number,
+                                          .realtime = realtime});
   }
   started_.store(true, std::memory_order_release);
+}
+
+void RunSinks::take_notices(const std::function<void(const std::string&)>& on_notice) {
+  std::vector<std::string> notices;
+  {
+    const std::lock_guard lock(mutex_);
+    notices = std::exchange(notices_, {});
+  }
+  for (const std::string& sentence : notices) {
+    if (on_notice) on_notice(sentence);
+  }
+}
+
+void RunSinks::mark(const Mark& mark) {
+  for (const auto& entry : entries_) {
+    for (const auto& feed : entry->channel.feeds.marks) static_cast<void>(feed->try_push(mark));
+  }
 }
 
 void RunSinks::report_failures(
@@ -166,13 +218,15 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
   }
   for (const auto& entry : entries_) {
     const SinkWriter::Outcome outcome = entry->writer->finish();
-    report.sinks.push_back(
-        {.uri = entry->sink->uri(),
-         .spikes_in = entry->channel.takes<SpikeEvent>() ? report.spikes : 0,
-         .dropped = entry->channel.dropped<SpikeEvent>(),
-         .delivered = outcome.delivered,
-         .commands_in = entry->channel.takes<StimulationCommand>() ? report.commands : 0,
-         .error_message = outcome.error_message});
+    report.sinks.push_back({.uri = entry->sink->uri(),
+                            .spikes_in = entry->channel.takes<SpikeEvent>() ? report.spikes : 0,
+                            .dropped = entry->channel.dropped<SpikeEvent>(),
+                            .delivered = outcome.delivered,
+                            .commands_in = entry->channel.takes<StimulationCommand>() ||
+                                                   entry->channel.takes<SentCommand>()
+                                               ? report.commands
+                                               : 0,
+                            .error_message = outcome.error_message});
   }
 }
 

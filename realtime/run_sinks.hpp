@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "drivers/sink.hpp"
 #include "realtime/input/frame_tap.hpp"
 #include "realtime/output/fanout.hpp"
+#include "realtime/output/gate_thread.hpp"
 #include "realtime/output/sink_writer.hpp"
 #include "realtime/run_report.hpp"
 
@@ -23,12 +25,15 @@ class RunProbes;
 /// Pipeline::run(), unless stated otherwise.
 class RunSinks {
  public:
-  /// \param neurons   of the model
-  /// \param commands  whether the scene has electrodes
-  /// \param arrays  whether it has tactile arrays
-  RunSinks(Fanout& fanout, RunProbes& probes, std::size_t neurons, bool commands,
-           bool arrays) noexcept
-      : fanout_(fanout), probes_(probes), neurons_(neurons), commands_(commands), arrays_(arrays) {}
+  struct Run {
+    std::size_t neurons = 0;
+    bool commands = false;  ///< the scene has electrodes
+    bool arrays = false;    ///< it has tactile arrays
+    bool fast = false;      ///< on a virtual clock
+  };
+  /// \param watch  for the gate of stimulation commands
+  RunSinks(Fanout& fanout, RunProbes& probes, RunWatch& watch, const Run& run) noexcept
+      : fanout_(fanout), probes_(probes), watch_(watch), run_(run) {}
   RunSinks(const RunSinks&) = delete;
   RunSinks& operator=(const RunSinks&) = delete;
   ~RunSinks();
@@ -38,17 +43,20 @@ class RunSinks {
   [[nodiscard]] std::vector<Feed<DeliveredSample>*> add_sample_feeds(std::size_t capacity,
                                                                      std::uint32_t probe,
                                                                      const ProbeColumns& columns);
-  /// Listens to the ports of all devices for the sinks that take frames.
+  /// Listens to the ports and sync lines of all devices, for the sinks that take frames or edges.
   void listen();
 
   /// Starts the threads. The sinks may make requests from now on.
   /// \param status  the run's counters; any thread
-  /// \param watch   for the gates of stimulation commands
   void start(const std::function<RunStatus()>& status, const SharedOrigin& origin,
-             const RunWatch& watch, const RealtimeSettings& realtime);
+             const RealtimeSettings& realtime);
+  /// Sends a mark to every sink that takes marks. Thread: any.
+  void mark(const Mark& mark);
   /// Reports each sink that has failed, once, with its URI and the reason.
   void report_failures(
       const std::function<void(const std::string&, const std::string&)>& on_failure);
+  /// Passes on what the sinks report.
+  void take_notices(const std::function<void(const std::string&)>& on_notice);
   /// Ends all sinks at the same time and reports them. A sink that waits for a peer has until
   /// `patience` is over, or until `hurry` is set.
   void finish(RunReport& report, std::chrono::milliseconds patience,
@@ -65,12 +73,18 @@ class RunSinks {
     bool failure_reported = false;
   };
 
+  /// Whether records of a kind come to a sink that takes them.
+  template <class Record>
+  [[nodiscard]] bool is_produced(const Sink& sink) const noexcept;
+
   Fanout& fanout_;
   RunProbes& probes_;
-  std::size_t neurons_;
-  bool commands_;
-  bool arrays_;
+  RunWatch& watch_;
+  Run run_;
+  std::unique_ptr<GateThread> gate_;  ///< outlives the writers
   std::vector<std::unique_ptr<Entry>> entries_;
+  std::mutex mutex_;
+  std::vector<std::string> notices_;  ///< guarded by mutex_
   std::atomic<bool> started_{false};  ///< all probes and sinks exist
 };
 

@@ -1,167 +1,177 @@
 #!/usr/bin/env python3
-"""Checks the tests: changes one line of the source at a time and runs the test suites of its folder.
+"""Checks the tests: draws small changes of the source at random, makes one at a time, and runs the tests of its folder.
 
-usage: tests/mutation.py [--build build/release] [--only TEXT] [--sample N] [--part K/N] [--quick] [--list]
+usage: tests/mutation.py PATH… [--sample N] [--seed S] [--build build/release] [--part K/N] [--list]
 
-The changes stand in tests/mutations.txt: a file after "@", then one change a line, "before => after", where "before"
-occurs once in the file. A change is killed if the suite fails, stops or exceeds its time; one that does not compile is
-not counted. The tests named after the changed file run first, then those that are fast, then the rest. The source is
-restored after every change, also after an interruption; a changed file must not have uncommitted edits. Each change builds what
-depends on its file, so that a hundred changes take an hour or more: use --sample for a random part, --part 1/2 and 2/2 in
-two copies of the repository, and a build with CMAKE_UNITY_BUILD=OFF. The exit code is 1 if fewer than 90 % are killed.
+PATH is a source file, or a folder for its .cpp files. Each place where an operator, a bound, a constant or a condition can be exchanged, or a statement
+left out, is a candidate; --sample draws N of them from a seed, without it all are made. A change is killed if a test fails, stops or
+exceeds its time; a change that does not compile is not counted. The tests named after the changed file run first. The source is
+restored after every change, also after an interruption; a changed file must not have uncommitted edits. The exit code is 1 if fewer
+than 90 % are killed.
 
-Survivors with a known reason are marked in the list with a following line "# survives: reason".
+Each change builds what depends on its file: use a build folder of its own with -DCMAKE_UNITY_BUILD=OFF, and --part 1/2 and 2/2 in two
+copies of the repository. Changes without an effect that a test could see are listed with their reasons in
+tests/equivalent_mutations.txt, as this program prints them, and are not made.
 """
 import argparse
-import json
+import collections
 import pathlib
 import random
 import re
 import subprocess
 import sys
-import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-SUITES = {
-    "core": ["merkel_core_tests"],
-    "drivers": ["merkel_drivers_tests", "merkel_files_tests", "merkel_lsl_tests", "merkel_devices_tests"],
-    "realtime": ["merkel_realtime_tests", "merkel_realtime_safety_tests"],
-}
+EQUIVALENT = ROOT / "tests/equivalent_mutations.txt"
 LEAST_KILLED = 0.9
-SLOW_S = 0.3
+TEST_S = 300
+# The longest matching folder decides: its test programs, and which of their tests run.
+SUITES = {
+    "core/encoding": {"tests/core/merkel_encoding_tests": "*"},
+    "core": {"tests/core/merkel_core_tests": "*", "tests/core/merkel_encoding_tests": "*"},
+    "drivers/sinks": {"tests/drivers/merkel_drivers_tests": "*Sink*:*Stim*:*Csv*:*Text*", "tests/drivers/merkel_files_tests": "*"},
+    "drivers": {"tests/drivers/merkel_drivers_tests": "*", "tests/drivers/merkel_files_tests": "*"},
+    "realtime": {"tests/realtime/merkel_realtime_tests": "*"},
+}
+OPERATORS = [(r" <= ", " < "), (r" < ", " <= "), (r" >= ", " > "), (r" > ", " >= "), (r" == ", " != "), (r" != ", " == "),
+             (r" && ", " || "), (r" \|\| ", " && "), (r" \+ ", " - "), (r" - ", " + "), (r" \* ", " / "), (r" / ", " * "),
+             (r" \+= ", " -= "), (r" -= ", " += "), (r" \*= ", " /= "), (r" \? ", " ? !"), (r"\+\+(?=\w)", "--"), (r"--(?=\w)", "++"),
+             (r"\bstd::min\b", "std::max"), (r"\bstd::max\b", "std::min"), (r"\btrue\b", "false"), (r"\bfalse\b", "true"),
+             (r"\bif \(", "if (!"), (r"(?<=[(& |])!(?=[\w(])", ""), (r"\bany_of\b", "all_of"), (r"\ball_of\b", "any_of"),
+             (r"\bceil\b", "floor"), (r"\bfloor\b", "ceil"), (r"\.front\(\)", ".back()"), (r"\.back\(\)", ".front()")]  # fmt: skip
+NUMBER = re.compile(r"(?<![\w.'\"])(\d+(?:\.\d+)?(?:e-?\d+)?)(?![\w.'\"])")
+STATEMENT = re.compile(r"^\s+(?!return\b|using\b|const\b|constexpr\b|static\b|case\b|default\b|auto\b|double\b|std::\w+ \w+|bool\b|#)"
+                       r"[\w\[\]().*:>&+-]+.*;$")  # fmt: skip
+
+Mutation = collections.namedtuple("Mutation", "path line before after")
 
 
-class Mutation:
-    def __init__(self, path, before, after):
-        self.path, self.before, self.after, self.reason = path, before, after, ""
-        self.folder = path.split("/")[0]
-
-    def __str__(self):
-        return f"{self.path}: {self.before}  =>  {self.after}"
-
-    def apply(self, text):
-        return text.replace(self.before, self.after)
+def described(mutation):
+    return f"{mutation.path}: {mutation.before.strip()} => {mutation.after.strip() or '(left out)'}"
 
 
-def mutations():
-    found, path = [], None
-    for line in (ROOT / "tests/mutations.txt").read_text().splitlines():
-        if line.startswith("@ "):
-            path = line.removeprefix("@ ")
-        elif line.startswith("# survives: "):
-            found[-1].reason = line.removeprefix("# survives: ")
-        elif " => " in line:
-            found.append(Mutation(path, *line.split(" => ", 1)))
-    return found
+def code_of(line):
+    """The line with comments and the content of texts blanked, so that places in it are places in the line."""
+    line = re.sub(r'"(?:\\.|[^"\\])*"', lambda text: '"' + " " * (len(text.group()) - 2) + '"', line)
+    return re.sub(r"//.*", lambda comment: " " * len(comment.group()), line)
 
 
-def misplaced(mutation):
-    """Why a mutation cannot be applied; none if it can."""
-    source = ROOT / mutation.path
-    if not source.exists():
-        return "there is no such file"
-    count = source.read_text().count(mutation.before)
-    return None if count == 1 else f"the text occurs {count} times"
+def closed(text):
+    return text.count("(") == text.count(")") and text.count("{") == text.count("}")
+
+
+def candidates(path):
+    for number, line in enumerate((ROOT / path).read_text().splitlines()):
+        code = code_of(line)
+        # Rows of parameters are compared with tools/scene/README.md by a test of their own.
+        if not code.strip() or code.startswith(("#", "namespace", "using", "static_assert", "template", '      {"')):
+            continue
+        changed = set()
+        for pattern, replacement in OPERATORS:
+            for found in re.finditer(pattern, code):
+                changed.add(line[: found.start()] + replacement + line[found.end() :])
+        if "if (" in code and closed(code[code.index("if (") :]):  # the negation needs its own parentheses
+            begin, depth = code.index("if (") + 3, 0
+            for end in range(begin, len(code)):
+                depth += {"(": 1, ")": -1}.get(code[end], 0)
+                if depth == 0:
+                    changed.add(f"{line[:begin]}(!{line[begin:end + 1]}){line[end + 1:]}")
+                    break
+        changed = {each for each in changed if not re.search(r"if \(!\w+ (==|!=|<|>|&&|\|\|)", each) or "if (!(" in each}
+        for found in NUMBER.finditer(code):
+            value = found.group()
+            other = str(int(value) + 1) if value.isdigit() else ("1.0" if float(value) == 0 else repr(float(value) * 1.25))
+            changed.add(line[: found.start()] + other + line[found.end() :])
+        if STATEMENT.match(code) and closed(code):
+            changed.add("")
+        elif (only := re.match(r"(\s+if \(.*\)) (?:continue|break);$", code)) and closed(only.group(1)):
+            changed.add("")
+        yield from (Mutation(path, number, line, each) for each in sorted(changed) if each != line)
+
+
+def sources(paths):
+    for path in paths:
+        whole = ROOT / path
+        files = [whole] if whole.is_file() else sorted(whole.rglob("*.cpp"))
+        yield from (str(file.relative_to(ROOT)) for file in files)
+
+
+def suites_of(path):
+    return SUITES[max((folder for folder in SUITES if path.startswith(folder + "/")), key=len)]
 
 
 def run(command, seconds):
     try:
-        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds).returncode
+        return subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=seconds).returncode
     except subprocess.TimeoutExpired:
         return None
 
 
-def builds(build, folder):
-    return run(["cmake", "--build", build, "--target", *SUITES[folder]], 3600) == 0
+def builds(build, path):
+    return run(["cmake", "--build", build, "--target", *(suite.split("/")[-1] for suite in suites_of(path))], 3600) == 0
 
 
-def passes(build, folder, suite, seconds, tests="*", *options):
-    program = f"{build}/tests/{folder}/{suite}"
-    return run([program, f"--gtest_filter={tests}", "--gtest_fail_fast", "--gtest_brief=1", *options], seconds) == 0
+def passes(build, path):
+    """Whether all tests pass; those of files named after the changed one go first."""
+    own = set()
+    for file in (ROOT / "tests" / path.split("/")[0]).rglob(f"{pathlib.Path(path).stem}*_test.cpp"):
+        own.update(re.findall(r"^TEST(?:_[FP])?\((\w+),", file.read_text(), re.MULTILINE))
+    filters = [":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(own))] if own else []
+    programs = suites_of(path).items()
+    return all(run([f"{build}/{program}", f"--gtest_filter={each or tests}", "--gtest_fail_fast", "--gtest_brief=1"], TEST_S) == 0
+               for each in [*filters, ""] for program, tests in programs)
 
 
-def own_tests(mutation):
-    """A filter for the tests of the files that are named after the mutated one; empty if there are none."""
-    name = pathlib.Path(mutation.path).stem
-    suites = set()
-    for file in (ROOT / "tests" / mutation.folder).rglob(f"{name}*_test.cpp"):
-        suites.update(re.findall(r"^TEST(?:_[FP])?\((\w+),", file.read_text(), re.MULTILINE))
-    return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
-
-
-def outcome(mutation, build, limits, quick):
+def outcome(mutation, build):
     source = ROOT / mutation.path
     text = source.read_text()
+    lines = text.split("\n")
+    lines[mutation.line] = mutation.after
     try:
-        source.write_text(mutation.apply(text))
-        if not builds(build, mutation.folder):
+        source.write_text("\n".join(lines))
+        if not builds(build, mutation.path):
             return "not compiled"
-        own = own_tests(mutation)
-        stages = [(suite, own) for suite in limits if own]
-        stages += [(suite, f"*-{limit.slow}") for suite, limit in limits.items()]
-        stages += [(suite, limit.slow) for suite, limit in limits.items() if limit.slow and not quick]
-        passed = all(passes(build, mutation.folder, suite, limits[suite].seconds, tests) for suite, tests in stages)
-        return "survived" if passed else "killed"
+        return "survived" if passes(build, mutation.path) else "killed"
     finally:
         source.write_text(text)
 
 
-class Limit:
-    """What a suite may take, ten times what it takes now and at least a minute, and which of its tests are slow."""
-
-    def __init__(self, build, folder, suite):
-        with tempfile.TemporaryDirectory() as work:
-            report = f"{work}/report.json"
-            if not passes(build, folder, suite, 3600, "*", f"--gtest_output=json:{report}"):
-                sys.exit(f"{suite} fails without a mutation")
-            suites = json.loads(pathlib.Path(report).read_text())["testsuites"]
-        times = {f"{suite['name']}.{test['name']}": float(test["time"].rstrip("s"))
-                 for suite in suites for test in suite["testsuite"]}  # fmt: skip
-        self.seconds = max(60.0, 10.0 * sum(times.values()))
-        self.slow = ":".join(name for name, seconds in times.items() if seconds > SLOW_S)
-
-
-def limits_of(build, folder):
-    if not builds(build, folder):
-        sys.exit(f"the suites of {folder} do not build")
-    return {suite: Limit(build, folder, suite) for suite in SUITES[folder]}
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("paths", nargs="+", metavar="PATH", help="source files or folders")
     parser.add_argument("--build", default="build/release", help="a configured build folder")
-    parser.add_argument("--only", default="", help="only mutations that contain this text")
-    parser.add_argument("--sample", type=int, help="only this many, chosen at random")
-    parser.add_argument("--seed", type=int, default=1, help="of the sample")
-    parser.add_argument("--part", default="1/1", metavar="K/N", help="only every Nth mutation, from the Kth on")
-    parser.add_argument("--quick", action="store_true", help="leave out slow tests of other files, which may kill more")
-    parser.add_argument("--list", action="store_true", help="check and count the list, and build nothing")
+    parser.add_argument("--sample", type=int, help="only this many, drawn at random")
+    parser.add_argument("--seed", type=int, default=1, help="of the drawing")
+    parser.add_argument("--part", default="1/1", metavar="K/N", help="only every Nth change, from the Kth on")
+    parser.add_argument("--list", action="store_true", help="print the changes, and make none")
     arguments = parser.parse_args()
 
-    chosen = [each for each in mutations() if arguments.only in str(each)]
-    stale = [f"{each}: {why}" for each in chosen if (why := misplaced(each))]
-    if stale:
-        sys.exit("in tests/mutations.txt, change or remove:\n" + "\n".join(stale))
-    if arguments.list:
-        for folder in SUITES:
-            print(f"{folder}: {sum(each.folder == folder for each in chosen)} mutations")
-        return 0
-    if arguments.sample is not None and arguments.sample < len(chosen):
-        chosen = random.Random(arguments.seed).sample(chosen, arguments.sample)
+    known = [line.split(" # ")[0] for line in EQUIVALENT.read_text().splitlines()] if EQUIVALENT.exists() else []
+    chosen = [each for path in sources(arguments.paths) for each in candidates(path)]
+    gone = set(known) - {described(each) for each in chosen}
+    if gone := [each for each in gone if (ROOT / each.split(": ")[0]).is_file() and each.split(": ")[0] in set(sources(arguments.paths))]:
+        sys.exit("in tests/equivalent_mutations.txt, remove what no longer occurs:\n" + "\n".join(gone))
+    chosen = [each for each in chosen if described(each) not in known]
+    print(f"{len(chosen)} changes, and {len(known)} without an effect")
+    random.Random(arguments.seed).shuffle(chosen)
+    chosen = chosen[: arguments.sample]
     part, parts = map(int, arguments.part.split("/"))
     chosen = chosen[part - 1 :: parts]
-    changed = run(["git", "diff", "--quiet", "--", *sorted({each.path for each in chosen})], 60)
-    if changed != 0:
-        sys.exit("commit the edits of these files first: a mutation would be mixed with them")
-
-    limits = {folder: limits_of(arguments.build, folder) for folder in sorted({each.folder for each in chosen})}
-    counts = {"killed": 0, "survived": 0, "not compiled": 0}
+    if arguments.list:
+        print("\n".join(map(described, chosen)))
+        return 0
+    changed = sorted({each.path for each in chosen})
+    if run(["git", "diff", "--quiet", "--", *changed], 60) != 0:
+        sys.exit("commit the edits of these files first: a change would be mixed with them")
+    for path in {tuple(suites_of(path)): path for path in changed}.values():
+        if not builds(arguments.build, path) or not passes(arguments.build, path):
+            sys.exit(f"the tests of {path} fail without a change")
+    counts = collections.Counter()
     try:
         for mutation in chosen:
-            result = outcome(mutation, arguments.build, limits[mutation.folder], arguments.quick)
+            result = outcome(mutation, arguments.build)
             counts[result] += 1
-            reason = f" ({mutation.reason})" if result == "survived" and mutation.reason else ""
-            print(f"{result:13}{mutation}{reason}", flush=True)
+            print(f"{result:13}{described(mutation)}", flush=True)
     finally:
         judged = counts["killed"] + counts["survived"]
         print(f"{counts['killed']} of {judged} killed, {counts['not compiled']} not compiled")

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/contact/contact_state.hpp"
+#include "core/contact/reach_mask.hpp"
 #include "core/contact/sliding_contact.hpp"
 #include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_field.hpp"
@@ -22,6 +23,7 @@ struct PlacedContact {
   double y_mm = 0.0;
   /// Beyond this distance from the axis, the energy density is taken as zero (see DriveReach).
   double reach_mm = std::numeric_limits<double>::infinity();
+  const ReachMask* mask = nullptr;  ///< within this distance; null: all of it
 
   /// The energy density in the skin, which this press stiffens, where the stress of its field would
   /// store `at_rest` in skin at rest. A solved contact's field is that of skin at rest; the

@@ -13,6 +13,16 @@ namespace merkel {
 /// solve. Bars on a finger with skin.apex_mm touch as if the finger were straight along.
 [[nodiscard]] PressedTip pressed_tip(const Indenter& indenter, const SkinParameters& skin);
 
+/// The heights of a tip within a rectangle around its axis; the lowest is found between samples.
+struct HeightRange {
+  double lowest_mm = 0.0;
+  double highest_mm = 0.0;
+};
+/// \param pixel_mm  of a measured shape; infinity: not one
+[[nodiscard]] HeightRange heights_of(const TipHeight& tip, const Position& half, double pixel_mm);
+/// The distance between the heights of a measured shape; infinite for other tips.
+[[nodiscard]] double map_pixel_mm(const Indenter& indenter) noexcept;
+
 /// The smallest part of a tip that must be resolved, mm; infinite if it has none.
 [[nodiscard]] double feature_of(const Indenter& indenter);
 
@@ -23,6 +33,6 @@ namespace merkel {
 [[nodiscard]] double across_mm(const Indenter& indenter) noexcept;
 
 /// Whether the pixels of a tip resolve its smallest part.
-[[nodiscard]] bool fits(const PressedTip& tip, double receptor_depth_mm) noexcept;
+[[nodiscard]] bool fits(const PressedTip& tip, double receptor_depth_mm);
 
 }  // namespace merkel

@@ -62,6 +62,7 @@ void SlidingContact::reset() noexcept {
   ticks_ = 0;
   press_ = {};
   report_ = {};
+  input_ = {};
 }
 
 void SlidingContact::take(const ContactInput& input) noexcept {
@@ -86,9 +87,16 @@ const Press& SlidingContact::settle(const ContactInput& input) noexcept {
 }
 
 void SlidingContact::begin(const ContactInput& input) noexcept {
+  const auto presses = [this](const ContactInput& reading) {
+    return by_force_ ? reading.force_mN > 0.0 : reading.depth_mm > 0.0;
+  };
+  const bool pressed = presses(input);
+  if (pressed && presses(input_)) {
+    report_.farthest_mm = std::max(report_.farthest_mm,
+                                   std::hypot(input.x_mm - input_.x_mm, input.y_mm - input_.y_mm));
+  }
   input_ = input;
   next_.depth_mm = next_.force_mN = next_.area_mm2 = 0.0;
-  const bool pressed = by_force_ ? input.force_mN > 0.0 : input.depth_mm > 0.0;
   stage_ = pressed ? Stage::kGap : Stage::kIdle;
   if (!pressed) solver_.reset();
 }

@@ -7,6 +7,7 @@
 
 #include "core/contact/far_field.hpp"
 #include "core/contact/kernel/grid_interpolation.hpp"
+#include "core/contact/solver/rigid_contact.hpp"
 #include "core/contact/surface_map.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/realtime_tag.hpp"
@@ -56,10 +57,17 @@ class SlidingContact {
     std::uint64_t cut_off = 0;      ///< that touched the border of the pixels
     std::uint64_t off_surface = 0;  ///< with the apex beyond the end of the surface
     double sum_of_errors = 0.0;     ///< of the gap, relative to the depth
+    double farthest_mm = 0.0;       ///< that the surface moved between two solutions in contact
 
     static constexpr double kPoorError = 0.01;
   };
   [[nodiscard]] const Report& report() const noexcept { return report_; }
+  /// About how far energy densities are off, relative to the largest, because the fields are linear
+  /// between two solutions: a fiftieth of the square of the movement in depths of the receptors.
+  [[nodiscard]] double movement_error() const noexcept {
+    const double depths = report_.farthest_mm / skin_.receptor_depth_mm;
+    return 0.02 * depths * depths;
+  }
   [[nodiscard]] const SlidingPlan& plan() const noexcept { return plan_; }
   /// The last solution, on skin at rest, and the gap before its press.
   [[nodiscard]] const RigidContact& solver() const noexcept { return solver_; }

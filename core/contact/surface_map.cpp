@@ -129,7 +129,7 @@ SurfaceMap::SurfaceMap(const Indenter& surface, const SkinParameters& skin, doub
     : base_mm_(surface.surface.relief_mm),
       repeats_x_(surface.surface.period_x_mm > 0.0),
       repeats_y_(surface.surface.period_y_mm > 0.0) {
-  if (surface.tip == Indenter::Tip::kSphere) {  // a plate
+  if (surface.sphere() != nullptr) {  // a plate
     map_ = {.grid = {.pixel_mm = pixel_mm, .columns = 1, .rows = 1},
             .height_mm = {0.0},
             .coverage = {1.0}};
@@ -140,9 +140,12 @@ SurfaceMap::SurfaceMap(const Indenter& surface, const SkinParameters& skin, doub
   const PixelGrid grid{.pixel_mm = pixel_mm,
                        .columns = pixels_of(surface.surface.period_x_mm, half.x_mm, pixel_mm),
                        .rows = pixels_of(surface.surface.period_y_mm, half.y_mm, pixel_mm)};
-  const TipHeight tip = repeated(height_of(surface, skin), surface.surface);
+  const TipHeight part = height_of(surface, skin);
+  const double lowest_mm = heights_of(part, half, map_pixel_mm(surface)).lowest_mm;
+  const TipHeight tip = [=, own = repeated(part, surface.surface)](double x, double y) {
+    return own(x, y) - lowest_mm;
+  };
   map_ = height_map(tip, grid);
-  // The map's lowest height is 0; the tip's own need not be.
   if (std::isfinite(base_mm_)) {
     base_mm_ = *std::max_element(map_.height_mm.begin(), map_.height_mm.end());
   }

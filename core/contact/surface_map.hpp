@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "core/contact/indenter.hpp"
-#include "core/contact/solver/rigid_contact.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {

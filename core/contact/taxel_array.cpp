@@ -86,20 +86,17 @@ FieldTable TaxelArray::fields() {
   return {"probe", kFields};
 }
 
-Expected<void, ParameterError> TaxelArray::check() const {
-  ParameterCheck all;
+void TaxelArray::check(const SkinParameters& /*skin*/, ParameterCheck& all) const {
   all.fields(*this)
       .require(size() >= 1, "probe.taxel_columns",
                "is missing: set the number of taxels along x and y (taxel_columns, taxel_rows), or "
                "their centres (taxel_centres_mm)")
       .require(size() <= kMost, "probe.taxel_columns", "gives more than 1024 taxels");
-  if (const auto checked = all.result(); !checked) return checked;
-  return ParameterCheck()
-      .require(!any_overlap(*this), "probe.taxel_width_mm",
-               "makes taxels overlap: their distance must be at least their size")
+  if (!all.result()) return;
+  all.require(!any_overlap(*this), "probe.taxel_width_mm",
+              "makes taxels overlap: their distance must be at least their size")
       .require(different_x(*this) <= kMostColumns, "probe.taxel_centres_mm",
-               "has more than 64 different x: turn the array by orientation_deg, or list fewer")
-      .result();
+               "has more than 64 different x: turn the array by orientation_deg, or list fewer");
 }
 
 }  // namespace merkel

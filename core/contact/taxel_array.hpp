@@ -2,16 +2,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/parameters/position.hpp"
+#include "core/skin/skin_material.hpp"
 
 namespace merkel {
 
 /// A tactile array: sensing elements (taxels) of equal size, each of which measures the mean
 /// pressure on its area. Its pressures press on the skin as measured: there is no contact law.
 struct TaxelArray {
+  static constexpr std::string_view kName = "taxels";
   enum class Shape : std::uint8_t { kRectangle, kDisc };
   static constexpr std::size_t kMost = 1024;
   /// Different x of the taxels, on which the cost of a tick depends.
@@ -34,7 +37,7 @@ struct TaxelArray {
   [[nodiscard]] double area_mm2() const noexcept;
 
   [[nodiscard]] static FieldTable fields();
-  [[nodiscard]] Expected<void, ParameterError> check() const;
+  void check(const SkinParameters& skin, ParameterCheck& all) const;
   friend bool operator==(const TaxelArray&, const TaxelArray&) = default;
 };
 

@@ -21,7 +21,7 @@ double kept_of(double tip_radius_mm, double skin_radius_mm) {
 TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
                        std::shared_ptr<const TipField> field)
     : by_force_(indenter.control == Indenter::Control::kForce), skin_(skin) {
-  if (indenter.tip == Indenter::Tip::kTaxels) return;  // its pressures are prescribed
+  if (indenter.taxels() != nullptr) return;  // its pressures are prescribed
   if (skin.apex) apex_ = *skin.apex;
   if (indenter.surface.slides) {
     // Until it slides, as a plate: it touches the apex.
@@ -29,17 +29,17 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
     kept_along_ = kept_across_ = 0.0;
     return;
   }
-  if (indenter.closed_form(skin)) sphere_.emplace(skin, indenter.radius_mm);
+  if (indenter.closed_form(skin)) sphere_.emplace(skin, indenter.sphere()->radius_mm);
   if (!indenter.circular(skin)) {
     field_ = field ? std::move(field) : std::make_shared<TipField>(indenter, skin);
   }
-  if (indenter.tip == Indenter::Tip::kBars) {
+  if (std::holds_alternative<BarTip>(indenter.tip)) {
     kept_across_ = 0.0;  // straight bars always touch the apex
     return;
   }
-  if (indenter.tip == Indenter::Tip::kSphere && apex_) {
-    kept_across_ = kept_of(indenter.radius_mm, skin.radius_mm);
-    kept_along_ = kept_of(indenter.radius_mm, skin.finger_along_mm());
+  if (const SphereTip* const sphere = indenter.sphere(); sphere != nullptr && apex_) {
+    kept_across_ = kept_of(sphere->radius_mm, skin.radius_mm);
+    kept_along_ = kept_of(sphere->radius_mm, skin.finger_along_mm());
   } else {
     apex_.reset();
   }

@@ -13,11 +13,6 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kDepths = 28;       ///< number of tables
-constexpr std::size_t kFewerDepths = 14;  ///< of contacts with many pixels
-constexpr std::size_t kManyPixels = 20'000;
-constexpr std::size_t kEllipses = 44;
-
 PressedTip at_one_depth(PressedTip tip, double depth_mm) {
   tip.deepest_mm = depth_mm;
   tip.proportional = true;
@@ -27,27 +22,21 @@ PressedTip at_one_depth(PressedTip tip, double depth_mm) {
 }  // namespace
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
-    : TipField(pressed_tip(indenter, skin), LayeredMedium(skin), skin, 0) {}
+    : TipField(pressed_tip(indenter, skin), LayeredMedium(skin), skin) {}
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm)
     : TipField(pressed_tip(indenter, skin), skin, depth_mm) {}
 
 TipField::TipField(PressedTip tip, const SkinParameters& skin, double depth_mm)
-    : TipField(at_one_depth(std::move(tip), depth_mm), LayeredMedium(skin), skin, 1) {}
+    : TipField(at_one_depth(std::move(tip), depth_mm), LayeredMedium(skin), skin) {}
 
-TipField::TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin,
-                   std::size_t count)
+TipField::TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin)
     : skin_(skin),
       kind_(skin.energy_density),
       far_(medium, skin),
       half_diagonal_mm_(std::hypot(tip.half_width_mm, tip.half_length_mm)),
-      proportional_(tip.proportional) {
-  if (count == 0) {
-    const PixelGrid pixels = contact_pixels(tip, skin.receptor_depth_mm);
-    count = pixels.pixels() > kManyPixels ? kFewerDepths : kDepths;
-    if (tip.ellipse) count = kEllipses;
-  }
-  press_ = press_tables(tip, medium, skin.receptor_depth_mm, proportional_ ? 1 : count);
+      proportional_(tip.proportional),
+      press_(press_tables(tip, medium, skin.receptor_depth_mm)) {
   fill_energies();
 }
 
@@ -97,13 +86,16 @@ double TipField::force_mN(double depth_mm) const noexcept {
 
 double TipField::mean_pressure_kPa(double depth_mm) const noexcept {
   if (!(depth_mm > 0.0)) return 0.0;
-  // The area of a smooth contact grows with the depth, that of a whole flat tip stays the same.
+  // The width of a smooth contact grows with √d, that of a whole flat tip stays the same.
   const Blend at = blend(depth_mm);
   const PressTables::Table& lower = press_.tables[at.lower];
   const PressTables::Table& upper = press_.tables[at.lower + 1];
-  const double part =
-      proportional_ ? 1.0 : (depth_mm - lower.depth_mm) / (upper.depth_mm - lower.depth_mm);
-  return force_mN(depth_mm) / (lower.area_mm2 + part * (upper.area_mm2 - lower.area_mm2));
+  const double part = proportional_ ? 1.0
+                                    : (std::sqrt(depth_mm) - std::sqrt(lower.depth_mm)) /
+                                          (std::sqrt(upper.depth_mm) - std::sqrt(lower.depth_mm));
+  const double width =
+      std::sqrt(lower.area_mm2) + part * (std::sqrt(upper.area_mm2) - std::sqrt(lower.area_mm2));
+  return force_mN(depth_mm) / (width * width);
 }
 
 double TipField::depth_mm(double force_mN_wanted) const noexcept {

@@ -74,8 +74,7 @@ class TipField {
   struct alignas(16) EnergyNode {
     float values[4] = {};  ///< lower, cross, upper, and a zero
   };
-  TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin,
-           std::size_t count);
+  TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin);
   void fill_energies();
   /// Fills a patch's weights. \return index of its first node, if it lies inside the grid
   [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm,

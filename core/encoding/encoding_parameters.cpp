@@ -9,6 +9,13 @@
 namespace merkel {
 namespace {
 
+constexpr std::string_view kRange =
+    "must be set to [weakest, strongest]: two numbers, the second above 0 and no less than the "
+    "first";
+constexpr std::string_view kDisc = "must be [x, y, radius] on the patch, with a positive radius";
+
+bool is_disc(const std::vector<double>& values) { return values.size() == 3 && values[2] > 0.0; }
+
 bool is_range(const std::vector<double>& values) {
   return values.size() == 2 && values[0] <= values[1] && values[1] > 0.0;
 }
@@ -36,14 +43,12 @@ void check_electrode(const Electrode& e, ParameterCheck& check) {
   Electrode copy = e;
   const std::string table = "electrode[" + e.name + "]";
   BoundFields fields;
+  bind_fields({.name = table, .fields = Electrode::source_fields().fields}, &copy, fields);
   bind_fields({.name = table, .fields = Electrode::fields().fields}, &copy, fields);
   check.fields(fields);
-  constexpr std::string_view kRange =
-      "must be set to [weakest, strongest]: two numbers, the second above 0 and no less than the "
-      "first";
-  check
-      .require(e.field_mm.size() == 3 && e.field_mm.back() > 0.0, e.key("field_mm"),
-               "must be [x, y, radius] on the patch, with a positive radius")
+  check.require(is_disc(e.field_mm), e.key("field_mm"), kDisc)
+      .require(e.border_mm == 0.0 || e.encoder != EncoderKind::kPulsePerSpike, e.key("border_mm"),
+               "has no effect on pulse_per_spike: remove it")
       .require(is_range(e.amplitude_uA), e.key("amplitude_uA"), kRange)
       .require(is_range(e.frequency_Hz), e.key("frequency_Hz"), kRange);
 }
@@ -72,10 +77,47 @@ void check_ranges(const Electrode& e, const StimulationParameters& p, ParameterC
       .require(strongest_uA <= p.max_total_uA, e.key("amplitude_uA"),
                reaches + "above stimulation.max_total_uA = " + shortest_decimal(p.max_total_uA) +
                    " by itself: lower the amplitude")
-      .require(e.frequency_Hz[1] * 2.0 * units::s_from(limits.phase) <= 1.0, e.key("frequency_Hz"),
+      .require(limits.second_phase >= limits.phase, "stimulation.second_phase_us",
+               "is shorter than the first phase of " + e.name + ", " + phase +
+                   ", so that the second needs more current than the first: lengthen it")
+      .require(e.frequency_Hz[1] * units::s_from(limits.pulse) <= 1.0, e.key("frequency_Hz"),
                "reaches " + shortest_decimal(e.frequency_Hz[1]) +
                    " Hz, whose period is shorter than a pulse of two phases of " + phase +
                    ": lower the frequency or shorten " + phase_key);
+}
+
+void check_group(const EncodingParameters& encoding, std::size_t number, ParameterCheck& check) {
+  const ElectrodeGroup& group = encoding.groups[number];
+  const Electrode& pattern = group.pattern;
+  check.require(is_electrode_name(pattern.name), "electrode_group.name",
+                "must be set to 1 to 32 letters, digits, '_', '-' or '.'");
+  ElectrodeGroup copy = group;
+  const std::string table = "electrode_group[" + pattern.name + "]";
+  BoundFields fields;
+  bind_fields({.name = table, .fields = Electrode::source_fields().fields}, &copy.pattern, fields);
+  bind_fields({.name = table, .fields = ElectrodeGroup::fields().fields}, &copy, fields);
+  check.fields(fields)
+      .require(pattern.field_mm.empty() || is_disc(pattern.field_mm), group.key("field_mm"), kDisc)
+      .require(is_range(pattern.frequency_Hz), group.key("frequency_Hz"), kRange)
+      .require(pattern.encoder != EncoderKind::kPulsePerSpike, group.key("encoder"),
+               "must not be pulse_per_spike, because pulses of a group are staggered: use rate")
+      .require(
+          encoding.members(number) >= 2, group.key("name"),
+          "must be that of at least two electrodes: give them group = \"" + pattern.name + "\"");
+  const Electrode* first = nullptr;
+  for (const Electrode& each : encoding.electrodes) {
+    if (each.group != number) continue;
+    if (first == nullptr) first = &each;
+    check
+        .require(each.patch == first->patch, each.key("patch"),
+                 "must be that of " + first->name + ", which is in the same group")
+        .require(each.frequency_Hz == pattern.frequency_Hz, each.key("frequency_Hz"),
+                 "must be that of its group");
+  }
+  for (std::size_t other = 0; other < number; ++other) {
+    check.require(pattern.name != encoding.groups[other].pattern.name, "electrode_group.name",
+                  "\"" + pattern.name + "\" is used by two groups: give each its own name");
+  }
 }
 
 }  // namespace
@@ -84,36 +126,64 @@ std::string Electrode::key(std::string_view field) const {
   return "electrode[" + name + "]." + std::string(field);
 }
 
-FieldTable Electrode::fields() {
+std::string ElectrodeGroup::key(std::string_view field) const {
+  return "electrode_group[" + pattern.name + "]." + std::string(field);
+}
+
+FieldTable Electrode::source_fields() {
   using E = Electrode;
-  static constexpr std::string_view kEncoders[] = {"rate", "recruited", "pulse_per_spike", "linear",
-                                                   "okorokova"};
+  static constexpr std::string_view kEncoders[] = {"rate",       "recruited", "pulse_per_spike",
+                                                   "linear",     "okorokova", "linear_amplitude",
+                                                   "biomimetic", "own"};
   static constexpr Field kFields[] = {
-      {"name", "", any_value(), "name of the electrode: letters, digits, '_', '-' or '.'",
-       at<&E::name>},
+      {"name", "", any_value(), "name: letters, digits, '_', '-' or '.'", at<&E::name>},
       {"field_mm", "mm", from_to(-1e4, 1e4),
-       "[x, y, radius] on the patch; the electrode represents the afferents inside",
-       at<&E::field_mm>},
+       "[x, y, radius] on the patch; it represents the afferents inside", at<&E::field_mm>},
+      {"border_mm", "mm", not_negative(1e4),
+       "width over which the weight of the field falls from 1 at its radius to 0",
+       at<&E::border_mm>},
       {"encoder", "", one_of(kEncoders), "how the touch determines the commands", at<&E::encoder>},
       {"window_ms", "ms", from_to(1.0, 1e4),
        "time constant of the causal exponential window of rate and recruited", at<&E::window>},
-      {"amplitude_uA", "µA", not_negative(1e5),
-       "[weakest, strongest] amplitude of a phase; must be set", at<&E::amplitude_uA>},
       {"frequency_Hz", "Hz", not_negative(1e4),
        "[weakest, strongest] frequency; the second also limits pulses; must be set",
        at<&E::frequency_Hz>},
       {"full_rate_Hz", "Hz", positive(1e4), "mean rate of an afferent at which rate is strongest",
        at<&E::full_rate_Hz>},
-      {"full_force_N", "N", positive(1e4), "force at which linear is strongest",
-       at<&E::full_force_N>},
+      {"full_force_N", "N", positive(1e4),
+       "force at which linear and linear_amplitude are strongest", at<&E::full_force_N>},
+      {"sustained_share", "", from_to(0.0, 1.0),
+       "drive of biomimetic at full_force_N while the force does not change",
+       at<&E::sustained_share>},
+      {"full_force_rate_N_per_s", "N/s", positive(1e6),
+       "change of force at which biomimetic is strongest, at onset and offset",
+       at<&E::full_force_rate_N_per_s>},
       {"full_population_Hz", "Hz", positive(1e7),
        "population rate at which the frequency of okorokova is strongest",
        at<&E::full_population_Hz>},
       {"full_population", "", positive(1e7),
        "recruited afferents at which the amplitude of okorokova is strongest",
-       at<&E::full_population>},
-      {"phase_us", "µs", from_to(1.0, 1e4), "length of each phase of its pulses", at<&E::phase>,
-       "stimulation.phase_us"},
+       at<&E::full_population>}};
+  return {"electrode", kFields};
+}
+
+FieldTable ElectrodeGroup::fields() {
+  static constexpr Field kFields[] = {
+      {"max_charge_nC_per_s", "nC/s", positive(1e9),
+       "largest charge of its electrodes together in any second, of one phase of each pulse",
+       at<&ElectrodeGroup::max_charge_nC_per_s>, "no limit"}};
+  return {"electrode_group", kFields};
+}
+
+FieldTable Electrode::fields() {
+  using E = Electrode;
+  static constexpr Field kFields[] = {
+      {"amplitude_uA", "µA", not_negative(1e5),
+       "[weakest, strongest] amplitude of a phase; must be set", at<&E::amplitude_uA>},
+      {"group_weight", "", from_to(0.0, 1.0), "weight of its field in the field of its group",
+       at<&E::group_weight>},
+      {"phase_us", "µs", from_to(1.0, 1e4), "length of the first phase of its pulses",
+       at<&E::phase>, "stimulation.phase_us"},
       {"max_charge_nC", "nC", positive(1e6), "its largest charge per phase", at<&E::max_charge_nC>,
        "stimulation.max_charge_nC"},
       {"max_amplitude_uA", "µA", positive(1e5), "its largest amplitude", at<&E::max_amplitude_uA>,
@@ -125,11 +195,17 @@ FieldTable Electrode::fields() {
 
 FieldTable StimulationParameters::fields() {
   using P = StimulationParameters;
+  static constexpr std::string_view kPolarities[] = {"cathodic_first", "anodic_first"};
   static constexpr Field kFields[] = {
       {"update_ms", "ms", positive(1e3), "time between updates; a multiple of the tick",
        at<&P::update>},
-      {"phase_us", "µs", from_to(1.0, 1e4), "length of each phase of a biphasic pulse",
+      {"phase_us", "µs", from_to(1.0, 1e4), "length of the first phase of a biphasic pulse",
        at<&P::phase>},
+      {"second_phase_us", "µs", from_to(1.0, 1e5),
+       "length of the second phase, which returns the charge; not shorter than the first",
+       at<&P::second_phase>, "that of the first"},
+      {"interphase_us", "µs", not_negative(1e5), "time between the phases", at<&P::interphase>},
+      {"polarity", "", one_of(kPolarities), "the phase that comes first", at<&P::polarity>},
       {"max_charge_nC", "nC", not_negative(1e6),
        "largest charge per phase and electrode; must be set", at<&P::max_charge_nC>},
       {"max_amplitude_uA", "µA", positive(1e5), "largest amplitude of an electrode",
@@ -147,14 +223,22 @@ FieldTable StimulationParameters::fields() {
        "no limit"},
       {"max_electrodes", "", from_to(1, kMostElectrodes),
        "most electrodes that stimulate at the same time, the strongest first",
-       at<&P::max_electrodes>, "all"}};
+       at<&P::max_electrodes>, "all"},
+      {"profile", "", any_value(),
+       "stimulator whose ranges and steps apply, as if [stimulator] held them: cerestim, "
+       "grapevine, or a file like tools/scene/stimulators/cerestim.toml",
+       at<&P::profile>, "[stimulator]"}};
   return {"stimulation", kFields};
 }
 
 ElectrodeLimits ElectrodeLimits::of(const Electrode& electrode,
                                     const StimulationParameters& scene) {
   constexpr double kNone = std::numeric_limits<double>::infinity();
-  return {.phase = electrode.phase.value_or(scene.phase),
+  const std::chrono::nanoseconds phase = electrode.phase.value_or(scene.phase);
+  const std::chrono::nanoseconds second = scene.second_phase.value_or(phase);
+  return {.phase = phase,
+          .second_phase = second,
+          .pulse = phase + scene.interphase + second,
           .max_charge_nC = electrode.max_charge_nC.value_or(scene.max_charge_nC),
           .max_amplitude_uA =
               electrode.max_amplitude_uA.value_or(scene.max_amplitude_uA.value_or(kNone)),
@@ -174,12 +258,48 @@ double charge_nC(double amplitude_uA, std::chrono::nanoseconds phase) noexcept {
   return amplitude_uA * units::us_from(phase) * 1e-3;
 }
 
+std::size_t EncodingParameters::members(std::size_t group) const noexcept {
+  return static_cast<std::size_t>(
+      std::count_if(electrodes.begin(), electrodes.end(),
+                    [group](const Electrode& each) { return each.group == group; }));
+}
+
+void EncodingParameters::join_groups() {
+  for (Electrode& each : electrodes) {
+    if (!each.group) continue;
+    const Electrode own = each;
+    each = groups[*each.group].pattern;
+    each.name = own.name;
+    each.patch = own.patch;
+    if (each.field_mm.empty()) each.field_mm = own.field_mm;
+    each.amplitude_uA = own.amplitude_uA;
+    each.group = own.group;
+    each.group_weight = own.group_weight;
+    each.phase = own.phase;
+    each.max_charge_nC = own.max_charge_nC;
+    each.max_amplitude_uA = own.max_amplitude_uA;
+    each.max_slope_uA_per_s = own.max_slope_uA_per_s;
+  }
+}
+
 Expected<void, ParameterError> EncodingParameters::check() const {
   ParameterCheck check;
-  if (electrodes.empty()) return check.result();
+  if (electrodes.empty()) {
+    return check
+        .require(groups.empty(), "electrode_group.name",
+                 "has no electrodes: add [[electrode]] with group = \"NAME\", or remove it")
+        .result();
+  }
+  for (const Electrode& each : electrodes) {
+    check.require(!each.group || *each.group < groups.size(), each.key("group"),
+                  "is not a group of the scene");
+  }
+  if (!check.result()) return check.result();
   check.require(electrodes.size() <= kMostElectrodes, "electrode",
                 "must not appear more than 256 times");
   check_limits(*this, check);
+  for (std::size_t g = 0; g < groups.size(); ++g) check_group(*this, g, check);
+  if (!check.result()) return check.result();
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
     check_electrode(electrodes[i], check);
     if (!check.result()) return check.result();
@@ -190,7 +310,7 @@ Expected<void, ParameterError> EncodingParameters::check() const {
           "\"" + electrodes[i].name + "\" is used by two electrodes: give each its own name");
     }
   }
-  return check.result();
+  return check.also(stimulator.check(*this)).result();
 }
 
 }  // namespace merkel

@@ -15,18 +15,9 @@ constexpr double kLeastSum = 1e-12;
 /// Weights refer to the present again before they could overflow.
 constexpr double kLeastDecayed = 1e-100;
 
-/// Whether the centre of an afferent lies in a field; false without receptors, because it never
-/// fires.
-bool in_field(const AfferentSite& afferent, const Electrode& electrode) {
-  if (afferent.receptors == 0) return false;
-  const double dx_mm = afferent.x_mm - electrode.field_mm[0];
-  const double dy_mm = afferent.y_mm - electrode.field_mm[1];
-  return dx_mm * dx_mm + dy_mm * dy_mm <= electrode.field_mm[2] * electrode.field_mm[2];
-}
-
 }  // namespace
 
-FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const EncodedModel& model) {
+FieldActivity::FieldActivity(std::span<const EncoderSource> sources, const EncodedModel& model) {
   std::vector<std::size_t> first_of_patch;  // number of the first afferent, from 0
   std::size_t afferents = 0;
   for (const EncodedModel::OfPatch& patch : model.patches) {
@@ -34,19 +25,26 @@ FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const Encode
     afferents += patch.afferents.size();
   }
   std::vector<std::vector<Membership>> of_afferent(afferents);
-  std::uint32_t slot = 0;
-  for (std::size_t e = 0; e < electrodes.size(); ++e) {
-    const double per_ns = 1.0 / static_cast<double>(electrodes[e].window.count());
-    fields_.push_back({.encoder = electrodes[e].encoder,
-                       .per_ns = per_ns,
-                       .kept = decay(static_cast<double>(model.tick.count()) * per_ns),
-                       .first_slot = slot});
-    const auto& places = model.patches[electrodes[e].patch].afferents;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    const Electrode& settings = sources[s].settings;
+    const double per_ns = 1.0 / static_cast<double>(settings.window.count());
+    Field& field =
+        fields_.emplace_back(Field{.encoder = settings.encoder,
+                                   .per_ns = per_ns,
+                                   .kept = decay(static_cast<double>(model.tick.count()) * per_ns),
+                                   .first_slot = static_cast<std::uint32_t>(map_.size())});
+    const auto& places = model.patches[settings.patch].afferents;
     for (std::size_t n = 0; n < places.size(); ++n) {
-      if (!in_field(places[n], electrodes[e])) continue;
-      of_afferent[first_of_patch[electrodes[e].patch] + n].push_back(
-          {.electrode = static_cast<std::uint32_t>(e), .slot = slot++});
-      ++fields_.back().afferents;
+      const double weight = sources[s].map.weight(places[n].x_mm, places[n].y_mm);
+      // An afferent without receptors never fires.
+      if (places[n].receptors == 0 || weight == 0.0) continue;
+      of_afferent[first_of_patch[settings.patch] + n].push_back(
+          {.source = static_cast<std::uint32_t>(s),
+           .slot = static_cast<std::uint32_t>(map_.size())});
+      map_.push_back(weight);
+      field.total_weight += weight;
+      field.weighted = field.weighted || weight != 1.0;
+      ++field.afferents;
     }
   }
   for (const auto& each : of_afferent) {
@@ -54,7 +52,7 @@ FieldActivity::FieldActivity(std::span<const Electrode> electrodes, const Encode
     memberships_.insert(memberships_.end(), each.begin(), each.end());
   }
   first_membership_.push_back(memberships_.size());
-  weights_.resize(slot);
+  weights_.resize(map_.size());
 }
 
 std::span<const FieldActivity::Membership> FieldActivity::memberships(
@@ -66,11 +64,11 @@ std::span<const FieldActivity::Membership> FieldActivity::memberships(
 }
 
 void FieldActivity::reset() noexcept {
-  for (std::size_t e = 0; e < fields_.size(); ++e) reset(e);
+  for (std::size_t s = 0; s < fields_.size(); ++s) reset(s);
 }
 
-void FieldActivity::reset(std::size_t electrode) noexcept {
-  Field& field = fields_[electrode];
+void FieldActivity::reset(std::size_t source) noexcept {
+  Field& field = fields_[source];
   field.sum = 0.0;
   std::fill_n(weights_.begin() + field.first_slot, field.afferents, 0.0);
 }
@@ -97,28 +95,29 @@ void FieldActivity::add(const SpikeEvent& spike, nanoseconds end) noexcept {
   double of_per_ns = -1.0;  // most fields share one window
   double added = 0.0;
   for (const Membership& membership : memberships(spike)) {
-    Field& field = fields_[membership.electrode];
+    Field& field = fields_[membership.source];
     if (field.encoder != EncoderKind::kRate && field.encoder != EncoderKind::kRecruited) continue;
     if (field.per_ns != of_per_ns) {
       of_per_ns = field.per_ns;
       added = decay(age_ns * of_per_ns);
     }
-    field.sum += added;
+    const double share = field.weighted ? added * map_[membership.slot] : added;
+    field.sum += share;
     if (field.encoder == EncoderKind::kRate) continue;
     double& weight = weights_[membership.slot];
     field.sum -= weight * field.decayed;
-    weight = added / field.decayed;
+    weight = share / field.decayed;
   }
 }
 
-double FieldActivity::rate_Hz(std::size_t electrode) const noexcept {
-  const Field& field = fields_[electrode];
-  return field.sum * field.per_ns * 1e9 / static_cast<double>(field.afferents);
+double FieldActivity::rate_Hz(std::size_t source) const noexcept {
+  const Field& field = fields_[source];
+  return field.sum * field.per_ns * 1e9 / field.total_weight;
 }
 
-double FieldActivity::recruited_share(std::size_t electrode) const noexcept {
-  const Field& field = fields_[electrode];
-  return std::clamp(field.sum / static_cast<double>(field.afferents), 0.0, 1.0);
+double FieldActivity::recruited_share(std::size_t source) const noexcept {
+  const Field& field = fields_[source];
+  return std::clamp(field.sum / field.total_weight, 0.0, 1.0);
 }
 
 }  // namespace merkel

@@ -18,30 +18,30 @@ PopulationResponse okorokova_response(const std::array<double, 4>& c) noexcept {
   return {.rate_Hz = rate_Hz < 0.0 ? 0.0 : rate_Hz, .recruited = recruited < 0.0 ? 0.0 : recruited};
 }
 
-DepthHistory::DepthHistory(std::chrono::nanoseconds tick) {
+TouchHistory::TouchHistory(std::chrono::nanoseconds tick) {
   for (std::size_t k = 0; k < lags_.size(); ++k) {
     const std::chrono::nanoseconds lag = static_cast<int>(k) * kInterval;
     lags_[k] = static_cast<std::size_t>((lag + tick / 2) / tick);
   }
-  depths_.resize(lags_.back() + 1);
+  values_.resize(lags_.back() + 1);
 }
 
-void DepthHistory::reset(double depth_mm) noexcept {
-  std::fill(depths_.begin(), depths_.end(), depth_mm);
+void TouchHistory::reset(double value) noexcept {
+  std::fill(values_.begin(), values_.end(), value);
 }
 
-void DepthHistory::push(double depth_mm) noexcept {
-  newest_ = newest_ + 1 < depths_.size() ? newest_ + 1 : 0;
-  depths_[newest_] = depth_mm;
+void TouchHistory::push(double value) noexcept {
+  newest_ = newest_ + 1 < values_.size() ? newest_ + 1 : 0;
+  values_[newest_] = value;
 }
 
-std::array<double, 4> DepthHistory::at_intervals() const noexcept {
-  std::array<double, 4> depths{};
-  for (std::size_t k = 0; k < depths.size(); ++k) {
-    const std::size_t wrapped = newest_ < lags_[k] ? depths_.size() : 0;
-    depths[k] = depths_[newest_ + wrapped - lags_[k]];
+std::array<double, 4> TouchHistory::at_intervals() const noexcept {
+  std::array<double, 4> values{};
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const std::size_t wrapped = newest_ < lags_[k] ? values_.size() : 0;
+    values[k] = values_[newest_ + wrapped - lags_[k]];
   }
-  return depths;
+  return values;
 }
 
 }  // namespace merkel

@@ -23,22 +23,23 @@ struct PopulationResponse {
 [[nodiscard]] PopulationResponse okorokova_response(const std::array<double, 4>& depth_mm) noexcept
     MERKEL_REALTIME;
 
-/// The depth of a press at every tick of the last 99 ms. Real-time: yes, after construction.
-class DepthHistory {
+/// A reading of a touch, its depth or its force, at every tick of the last 99 ms. Real-time: yes,
+/// after construction.
+class TouchHistory {
  public:
   static constexpr std::chrono::milliseconds kInterval{33};
 
-  explicit DepthHistory(std::chrono::nanoseconds tick);
+  explicit TouchHistory(std::chrono::nanoseconds tick);
 
-  /// Restarts as if the depth had always been `depth_mm`.
-  void reset(double depth_mm) noexcept MERKEL_REALTIME;
-  void push(double depth_mm) noexcept MERKEL_REALTIME;
-  /// Depth at the last tick and 33, 66 and 99 ms before, to the nearest tick.
+  /// Restarts as if the reading had always been `value`.
+  void reset(double value) noexcept MERKEL_REALTIME;
+  void push(double value) noexcept MERKEL_REALTIME;
+  /// At the last tick and 33, 66 and 99 ms before, to the nearest tick.
   [[nodiscard]] std::array<double, 4> at_intervals() const noexcept MERKEL_REALTIME;
 
  private:
   std::array<std::size_t, 4> lags_;  ///< ticks
-  std::vector<double> depths_;       ///< ring buffer
+  std::vector<double> values_;       ///< ring buffer
   std::size_t newest_ = 0;
 };
 

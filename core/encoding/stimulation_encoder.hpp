@@ -11,8 +11,10 @@
 #include "core/encoding/encoded_model.hpp"
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/encoding/field_activity.hpp"
-#include "core/encoding/okorokova.hpp"
+#include "core/encoding/field_touch.hpp"
+#include "core/encoding/group_pulses.hpp"
 #include "core/encoding/stimulation_limiter.hpp"
+#include "core/encoding/stimulator_profile.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
@@ -21,7 +23,7 @@
 namespace merkel {
 
 /// Converts a model's touch to stimulation commands, one tick at a time: encoders, then one
-/// limiter.
+/// limiter, then the steps of the stimulator.
 ///
 /// Research software: it does not drive an implant by itself, and nothing here makes a stimulation
 /// safe.
@@ -49,6 +51,13 @@ class StimulationEncoder {
   /// Switches everything off and clears the history. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
 
+  /// The drive of an electrode whose encoder is `own`, and of its group, from the next update on: 0
+  /// (off) to 1 (strongest). Until then, and after reset(), it is off. Real-time: yes.
+  void set_drive(std::size_t electrode, double amplitude,
+                 double frequency) noexcept MERKEL_REALTIME {
+    own_[encoding_.of_electrode[electrode]] = {.amplitude = amplitude, .frequency = frequency};
+  }
+
   /// Processes the next tick. A tick that does not follow its predecessor is a gap.
   /// \return its commands in order of time, valid until the next call.  Real-time: yes.
   std::span<const StimulationCommand> step(const Tick& tick) noexcept MERKEL_REALTIME;
@@ -64,11 +73,13 @@ class StimulationEncoder {
   [[nodiscard]] const StimulationLimiter::Clippings& clippings() const noexcept {
     return limiter_.clippings();
   }
+  /// What rounding to the steps of the stimulator has taken away.
+  [[nodiscard]] const StimulatorSteps::Counts& rounding() const noexcept { return steps_.counts(); }
   /// How often a fault has switched off one patch or all patches, since construction.
   [[nodiscard]] std::uint64_t stops() const noexcept { return stops_; }
-  /// Number of afferents in an electrode's field.
+  /// Number of afferents in the field of an electrode or of its group.
   [[nodiscard]] std::size_t afferents(std::size_t electrode) const noexcept {
-    return activity_.afferents(electrode);
+    return activity_.afferents(encoding_.of_electrode[electrode]);
   }
 
  private:
@@ -77,29 +88,29 @@ class StimulationEncoder {
     double amplitude = 0.0;
     double frequency = 0.0;
   };
-  /// The contacts that reach an electrode's field.
-  struct FieldContact {
-    double force_mN = 0.0;  ///< of all contacts
-    double depth_mm = 0.0;  ///< of the deepest contact
-  };
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
   bool find_stops(const Tick& tick) noexcept;
-  void advance_histories(const Tick& tick) noexcept;
+  void find_presses(const Tick& tick) noexcept;
+  void advance_histories(const Tick& tick, bool first) noexcept;
   [[nodiscard]] std::size_t collect_pulses(const Tick& tick) noexcept;
   void update(std::span<StimulationCommand> commands) noexcept;
-  [[nodiscard]] FieldContact contact(const Electrode& electrode,
-                                     std::span<const Press> presses) const noexcept;
-  [[nodiscard]] Drive drive(std::size_t electrode) const noexcept;
+  [[nodiscard]] Drive drive(std::size_t source) const noexcept;
 
   EncodingParameters parameters_;
   std::chrono::nanoseconds tick_;
   std::vector<std::size_t> patch_of_probe_;
+  EncoderSources encoding_;
   FieldActivity activity_;
+  FieldTouch touch_;
+  GroupPulses group_pulses_;
+  std::vector<Drive> own_;  ///< by source
   StimulationLimiter limiter_;
-  std::vector<DepthHistory> depths_;  ///< by electrode
-  std::vector<double> force_N_;       ///< by electrode
+  StimulatorSteps steps_;
   std::vector<Stop> stop_of_patch_;
+  /// By patch: a run that starts in the middle of a press has an onset that was none. Spikes before
+  /// this time do not count.
+  std::vector<std::chrono::nanoseconds> settled_;
   std::vector<StimulationCommand> commands_;
   std::optional<std::chrono::nanoseconds> last_end_;  ///< of the last tick
   std::chrono::nanoseconds next_update_{0};

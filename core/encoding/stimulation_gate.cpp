@@ -20,19 +20,23 @@ StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick
     : update_(parameters.stimulation.update),
       tick_(tick),
       watchdog_(parameters.stimulation.watchdog),
-      lines_(parameters.electrodes.size()) {
+      steps_(parameters),
+      lines_(parameters.electrodes.size()),
+      group_pulse_end_(parameters.groups.size(), Time::min()) {
   for (const Electrode& each : parameters.electrodes) {
     patch_of_electrode_.push_back(each.patch);
-    max_slope_uA_per_s_.push_back(
-        ElectrodeLimits::of(each, parameters.stimulation).max_slope_uA_per_s);
+    const ElectrodeLimits limits = ElectrodeLimits::of(each, parameters.stimulation);
+    max_slope_uA_per_s_.push_back(limits.max_slope_uA_per_s);
+    pulse_length_.push_back(limits.pulse);
+    group_.push_back(each.group);
     // The pulses of a tick leave together, so their times are known to a tick.
     const Time interval{static_cast<std::int64_t>(std::ceil(1e9 / each.frequency_Hz[1]))};
     pulse_interval_.push_back(interval - std::min(interval, tick));
   }
 }
 
-std::span<const StimulationCommand> StimulationGate::pass(
-    std::span<const StimulationCommand> commands, const Moment& moment) {
+std::span<const SentCommand> StimulationGate::pass(std::span<const StimulationCommand> commands,
+                                                   const Moment& moment) {
   leaving_.clear();
   watch(moment);
   for (const StimulationCommand& command : commands) {
@@ -61,7 +65,9 @@ void StimulationGate::watch(const Moment& moment) {
   const bool resumes = last_call_ && moment.now - *last_call_ > watchdog_;
   const bool starves = moment.now - last_sent_ > watchdog_ + update_;
   const bool hangs = moment.now - moment.last_tick > watchdog_;
+  const bool stops = moment.stopped && !stopped_;
   last_call_ = moment.now;
+  stopped_ = moment.stopped;
   if (heartbeat_ == 0 || ended_) return;
   bool starts = resumes;
   for (std::size_t e = 0; e < lines_.size(); ++e) {
@@ -74,12 +80,12 @@ void StimulationGate::watch(const Moment& moment) {
     line.stale = stale;
     if (stale) line.pulse_from = moment.now;
   }
-  if (starts) switch_off_stale(moment, resumes || starves);
+  counts_.stale += starts ? 1 : 0;
+  if (starts || stops) switch_off(moment, resumes || starves);
 }
 
 /// \param all  also the electrodes that are not stale any more
-void StimulationGate::switch_off_stale(const Moment& moment, bool all) {
-  ++counts_.stale;
+void StimulationGate::switch_off(const Moment& moment, bool all) {
   needs_update_ = true;
   off_.resize(lines_.size());
   for (std::size_t e = 0; e < lines_.size(); ++e) {
@@ -134,6 +140,7 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
     command.time = last_time_;
     command.heartbeat = heartbeat_;
     if (line.stale && command.stop == Stop::kNone) command.stop = Stop::kStale;
+    if (stopped_ && command.stop != Stop::kEnd) command.stop = Stop::kStopped;
     line.stopped = command.stop != Stop::kNone;
     if (line.stopped) {
       command.amplitude_uA = 0.0;
@@ -144,14 +151,23 @@ void StimulationGate::send(std::span<StimulationCommand> update, const Moment& m
     if (!(command.amplitude_uA > 0.0)) command.amplitude_uA = command.frequency_Hz = 0.0;
     line.amplitude_uA = command.amplitude_uA;
     line.frequency_Hz = command.frequency_Hz;
-    leaving_.push_back(command);
   }
+  // The slope goes on from what was allowed, not from the step below it.
+  steps_.round_down(update);
+  for (const StimulationCommand& command : update) leave(command, moment);
   last_sent_ = moment.now;
+}
+
+void StimulationGate::leave(const StimulationCommand& command, const Moment& moment) {
+  leaving_.push_back(
+      {.command = command, .sent = moment.now, .valid_until = moment.now + watchdog_});
 }
 
 void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment) {
   Line& line = lines_[pulse.electrode];
-  const bool soon = line.pulse && moment.now - *line.pulse < pulse_interval_[pulse.electrode];
+  const auto group = group_[pulse.electrode];
+  const bool soon = (line.pulse && moment.now - *line.pulse < pulse_interval_[pulse.electrode]) ||
+                    (group && moment.now < group_pulse_end_[*group]);
   // The budget of a pulse rests on the update before it.
   if (needs_update_ || line.stopped || line.stale || soon || !fresh(pulse, moment)) {
     ++counts_.withheld;
@@ -162,9 +178,10 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   line.pulse_uA = pulse.amplitude_uA;
   line.pulse_from = moment.now;
   line.pulse = moment.now;
+  if (group) group_pulse_end_[*group] = moment.now + pulse_length_[pulse.electrode];
   pulse.heartbeat = heartbeat_;
   last_time_ = std::max(last_time_, pulse.time);
-  leaving_.push_back(pulse);
+  if (steps_.round_pulses({&pulse, 1}) > 0) leave(pulse, moment);
 }
 
 double StimulationGate::risen_uA(const StimulationCommand& command, double from_uA,

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/encoding/encoding_parameters.hpp"
-#include "core/records/stimulation_command.hpp"
+#include "core/records/sent_command.hpp"
 
 namespace merkel {
 
@@ -18,10 +18,11 @@ namespace merkel {
 /// leave. Commands that are older than the delay of the run and its tolerance are withheld, so that
 /// no backlog reaches a receiver. An amplitude rises no faster than the slope between the instants
 /// at which updates leave. If the simulation or the samples stop for longer than the watchdog, the
-/// gate switches electrodes off by itself (`stale`). Updates that leave are numbered without gaps.
+/// gate switches electrodes off by itself (`stale`), and also while stimulation is stopped by hand
+/// (`stopped`). Updates that leave are numbered without gaps.
 ///
-/// The gate never increases an amplitude. Construct with the limits of the scene; one receiver has
-/// one gate. Thread: one, that of the receiver's sink.
+/// The gate never increases an amplitude. Construct with the limits of the scene. A run has one
+/// gate, so that all its receivers get the same (StimulationOutlet). Thread: one.
 class StimulationGate {
  public:
   using Time = std::chrono::nanoseconds;
@@ -33,6 +34,7 @@ class StimulationGate {
     Time delay{0};                   ///< of the loop
     Time last_tick{0};               ///< when the loop last published a tick
     std::span<const Time> newest{};  ///< time of each patch's oldest newest sample; see kNone
+    bool stopped = false;            ///< by hand: everything is off, at once
   };
   /// For a patch without a device: its samples are never stale.
   static constexpr Time kNone = Time::max();
@@ -51,8 +53,8 @@ class StimulationGate {
   /// if there are none, because it is also the watchdog.
   /// \param commands  in order; an update may arrive in several parts
   /// \return the commands that leave now, valid until the next call.  Real-time: no.
-  std::span<const StimulationCommand> pass(std::span<const StimulationCommand> commands,
-                                           const Moment& moment);
+  std::span<const SentCommand> pass(std::span<const StimulationCommand> commands,
+                                    const Moment& moment);
 
   /// Time jumps, as when a recording is played from elsewhere: earlier commands may follow. Switch
   /// the electrodes off before.
@@ -73,31 +75,38 @@ class StimulationGate {
   };
 
   void watch(const Moment& moment);
-  void switch_off_stale(const Moment& moment, bool all);
+  void switch_off(const Moment& moment, bool all);
   void pass_update(const Moment& moment);
   void pass_pulse(StimulationCommand pulse, const Moment& moment);
   void send(std::span<StimulationCommand> update, const Moment& moment);
+  void leave(const StimulationCommand& command, const Moment& moment);
   [[nodiscard]] bool fresh(const StimulationCommand& command, const Moment& moment) const noexcept;
   /// The command's amplitude, within the slope of its electrode.
   [[nodiscard]] double risen_uA(const StimulationCommand& command, double from_uA,
                                 Time elapsed) noexcept;
 
   std::vector<std::size_t> patch_of_electrode_;
-  std::vector<Time> pulse_interval_;        ///< smallest in wall time, by electrode
-  std::vector<double> max_slope_uA_per_s_;  ///< by electrode
+  std::vector<Time> pulse_interval_;               ///< smallest in wall time, by electrode
+  std::vector<double> max_slope_uA_per_s_;         ///< by electrode
+  std::vector<std::optional<std::size_t>> group_;  ///< by electrode
+  std::vector<Time> pulse_length_;                 ///< by electrode
   Time update_;
   Time tick_;
   Time watchdog_;
+  StimulatorSteps steps_;  ///< of what the slope in wall time has changed
   std::vector<Line> lines_;
+  /// By group: of its last pulse, at a receiver that gives it on arrival.
+  std::vector<Time> group_pulse_end_;
   std::vector<StimulationCommand> update_commands_;  ///< the parts of an update so far
   std::vector<StimulationCommand> off_;
-  std::vector<StimulationCommand> leaving_;
+  std::vector<SentCommand> leaving_;
   std::optional<Time> last_call_;
   Time last_sent_{0};             ///< wall time of the last update
   Time last_time_ = Time::min();  ///< probe time of the last command that left
   std::uint32_t heartbeat_ = 0;   ///< 0: nothing has left
   bool needs_update_ = true;      ///< before a pulse may leave
   bool ended_ = false;
+  bool stopped_ = false;  ///< by hand
   Counts counts_;
 };
 

@@ -35,6 +35,13 @@ StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElect
       budget_uA_(kBelow * limits.max_total_uA),
       outputs_(electrodes_.size()),
       order_(electrodes_.size()) {
+  for (const OfGroup& group : limits_.groups) {
+    const auto most = std::chrono::seconds{1} / std::max(group.gap, nanoseconds{1'000});
+    // A limit beyond all numbers of whole femtocoulombs is none.
+    const double most_charge = std::min(group.max_charge_nC_per_s * 1e6, 0x1.0p62);
+    recent_.push_back({.pulses = {static_cast<std::size_t>(most) + 2, {nanoseconds{0}, 0}},
+                       .max_charge_fC = static_cast<std::int64_t>(most_charge)});
+  }
   for (const OfElectrode& each : electrodes_) {
     charge_uA_.push_back(largest_within_charge(each.max_charge_nC, each.phase));
     interval_.emplace_back(static_cast<std::int64_t>(std::ceil(1e9 / each.max_Hz)));
@@ -43,7 +50,37 @@ StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElect
 
 void StimulationLimiter::reset(nanoseconds time) noexcept {
   std::fill(outputs_.begin(), outputs_.end(), Output{.rise_time = time});
+  for (Recent& recent : recent_) recent.count = 0, recent.charge_fC = 0;
   last_update_ = time;
+}
+
+bool StimulationLimiter::group_takes(const StimulationCommand& pulse) noexcept {
+  const OfElectrode& electrode = electrodes_[pulse.electrode];
+  if (electrode.group == kNoGroup) return true;
+  Recent& recent = recent_[electrode.group];
+  const std::size_t size = recent.pulses.size();
+  while (recent.count > 0) {
+    const auto& [time, charge_fC] = recent.pulses[recent.oldest];
+    if (pulse.time - time < std::chrono::seconds{1}) break;
+    recent.charge_fC -= charge_fC;
+    recent.oldest = (recent.oldest + 1) % size;
+    --recent.count;
+  }
+  const std::size_t next = (recent.oldest + recent.count) % size;
+  const auto& newest = recent.pulses[(next + size - 1) % size];
+  const bool close =
+      recent.count > 0 && pulse.time - newest.first < limits_.groups[electrode.group].gap;
+  // µA·ns, that is fC; rounded up.
+  const auto charge = static_cast<std::int64_t>(
+      std::ceil(pulse.amplitude_uA * static_cast<double>(electrode.phase.count())));
+  if (close || recent.count == size || recent.charge_fC + charge > recent.max_charge_fC) {
+    ++clippings_.group;
+    return false;
+  }
+  recent.pulses[next] = {pulse.time, charge};
+  recent.charge_fC += charge;
+  ++recent.count;
+  return true;
 }
 
 void StimulationLimiter::limit_command(StimulationCommand& command) noexcept {
@@ -80,7 +117,7 @@ void StimulationLimiter::limit_rise(StimulationCommand& command, double from_uA,
 
 bool StimulationLimiter::alive(std::size_t electrode, nanoseconds time) const noexcept {
   const Output& output = outputs_[electrode];
-  return output.pulse_uA > 0.0 && output.pulse_time + 2 * electrodes_[electrode].phase > time;
+  return output.pulse_uA > 0.0 && output.pulse_time + electrodes_[electrode].pulse > time;
 }
 
 void StimulationLimiter::keep_strongest(std::span<StimulationCommand> update,
@@ -103,10 +140,17 @@ void StimulationLimiter::scale_update(std::span<StimulationCommand> update,
                                       double alive_uA) noexcept {
   double trains_uA = 0.0;
   double pulses_uA = 0.0;
+  for (Recent& recent : recent_) recent.wanted_uA = 0.0;
   for (std::size_t i = 0; i < update.size(); ++i) {
     trains_uA += update[i].amplitude_uA;
-    pulses_uA += outputs_[i].wanted_uA;
+    if (electrodes_[i].group == kNoGroup) {
+      pulses_uA += outputs_[i].wanted_uA;
+    } else {
+      double& wanted_uA = recent_[electrodes_[i].group].wanted_uA;
+      wanted_uA = std::max(wanted_uA, outputs_[i].wanted_uA);
+    }
   }
+  for (const Recent& recent : recent_) pulses_uA += recent.wanted_uA;
   // Trains share the budget with the expected pulses and leave room for the pulses in progress.
   if (trains_uA + pulses_uA <= limits_.max_total_uA &&
       trains_uA + alive_uA <= limits_.max_total_uA) {
@@ -169,6 +213,7 @@ std::size_t StimulationLimiter::limit_pulses(std::span<StimulationCommand> pulse
       ++clippings_.electrodes;
       continue;
     }
+    if (!group_takes(pulse)) continue;
     if (!counted) ++active;
     output.tick_uA = std::max(output.tick_uA, pulse.amplitude_uA);
     output.pulse_uA = output.rise_from_uA = pulse.amplitude_uA;

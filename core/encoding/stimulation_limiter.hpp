@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/realtime_tag.hpp"
@@ -18,13 +19,21 @@ namespace merkel {
 /// frequency are clipped; an amplitude rises no faster than the slope; if too many electrodes are
 /// active at once, the weakest are switched off; if the total exceeds the budget, all amplitudes
 /// are scaled by one factor. Pulses of one tick count as simultaneous, because they are sent
-/// together. Real-time: yes, after construction. Deterministic.
+/// together. A pulse of a group is dropped if another of the group is too close, or if the charge
+/// of the last second does not allow it. Real-time: yes, after construction. Deterministic.
 class StimulationLimiter {
  public:
   static constexpr double kNone = std::numeric_limits<double>::infinity();
+  static constexpr std::size_t kNoGroup = std::numeric_limits<std::size_t>::max();
+  /// Electrodes that pulse in turn.
+  struct OfGroup {
+    std::chrono::nanoseconds gap{0};     ///< shortest between two pulses of the group
+    double max_charge_nC_per_s = kNone;  ///< of one phase of each pulse, in any second
+  };
   struct Limits {
     double max_total_uA = 0.0;  ///< sum over all electrodes
     std::size_t max_electrodes = std::numeric_limits<std::size_t>::max();
+    std::vector<OfGroup> groups;
   };
   struct OfElectrode {
     double max_uA = 0.0;
@@ -32,6 +41,8 @@ class StimulationLimiter {
     std::chrono::nanoseconds phase{200'000};
     double max_charge_nC = kNone;  ///< per phase
     double max_slope_uA_per_s = kNone;
+    std::chrono::nanoseconds pulse{400'000};  ///< both phases and the time between them
+    std::size_t group = kNoGroup;             ///< number in Limits::groups
   };
   /// How often each limit took effect.
   struct Clippings {
@@ -41,10 +52,11 @@ class StimulationLimiter {
     std::uint64_t frequency = 0;  ///< also pulses dropped because they came too soon
     std::uint64_t slope = 0;
     std::uint64_t electrodes = 0;  ///< commands switched off, pulses dropped
+    std::uint64_t group = 0;       ///< pulses dropped because of their group
     std::uint64_t total = 0;       ///< scaled updates, and scaled ticks with pulses
 
     [[nodiscard]] std::uint64_t all() const noexcept {
-      return invalid + amplitude + charge + frequency + slope + electrodes + total;
+      return invalid + amplitude + charge + frequency + slope + electrodes + group + total;
     }
     friend bool operator==(const Clippings&, const Clippings&) = default;
   };
@@ -81,7 +93,20 @@ class StimulationLimiter {
     double tick_uA = 0.0;                   ///< strongest pulse of the tick being limited
   };
 
+  /// The pulses of a group in the last second.
+  struct Recent {
+    std::vector<std::pair<std::chrono::nanoseconds, std::int64_t>>
+        pulses;  ///< a ring; charge in fC
+    std::size_t oldest = 0;
+    std::size_t count = 0;
+    std::int64_t charge_fC = 0;
+    std::int64_t max_charge_fC = 0;
+    double wanted_uA = 0.0;  ///< scratch: its strongest pulse since the last update
+  };
+
   void limit_command(StimulationCommand& command) noexcept;
+  /// Whether the group of an electrode allows a pulse, which then counts.
+  [[nodiscard]] bool group_takes(const StimulationCommand& pulse) noexcept;
   void limit_rise(StimulationCommand& command, double from_uA,
                   std::chrono::nanoseconds elapsed) noexcept;
   void keep_strongest(std::span<StimulationCommand> update, std::size_t allowed) noexcept;
@@ -98,6 +123,7 @@ class StimulationLimiter {
   std::vector<std::chrono::nanoseconds>
       interval_;  ///< smallest interval between pulses, by electrode
   std::vector<Output> outputs_;
+  std::vector<Recent> recent_;      ///< by group
   std::vector<std::size_t> order_;  ///< scratch
   std::chrono::nanoseconds last_update_{0};
   Clippings clippings_;

@@ -122,7 +122,14 @@ void ReceptorDrive::find_ranges(std::span<const PlacedContact> contacts) noexcep
 
 bool ReceptorDrive::reaches(const Box& box) const noexcept {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (box.nearest2(contacts_[i].x_mm, contacts_[i].y_mm) <= ranges_[i].reach2) return true;
+    const PlacedContact& placed = contacts_[i];
+    if (box.nearest2(placed.x_mm, placed.y_mm) > ranges_[i].reach2) continue;
+    if (placed.mask == nullptr ||
+        placed.mask->reaches(placed.contact.depth_mm, box.left - placed.x_mm,
+                             box.right - placed.x_mm, box.bottom - placed.y_mm,
+                             box.top - placed.y_mm)) {
+      return true;
+    }
   }
   return false;
 }

@@ -12,6 +12,7 @@
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
+#include "core/records/sync_edge.hpp"
 #include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 
@@ -66,7 +67,13 @@ inline constexpr auto kTickColumns = std::tuple(
         "delay_ns", "ns", "of the loop", [](auto& r) -> auto& { return r.delay; })),
     later_column(column(
         "taxel_blocks", "", "of a tactile array: blocks of pressures that changed",
-        [](auto& r) -> auto& { return r.taxel_blocks; })));
+        [](auto& r) -> auto& { return r.taxel_blocks; })),
+    later_column(column(
+        "doubts", "", "why stimulation is suspended, bits: 1 zero uncertain, 2 outside calibration",
+        [](auto& r) -> auto& { return r.doubts; })),
+    later_column(limited_column(
+        "touch", "0 undecided, 1 free, 2 touching", [](auto& r) -> auto& { return r.touch; }, 0.0,
+        number_of(Touch::kTouching))));
 
 inline constexpr std::array<std::string_view, TaxelBlock::kTaxels> kTaxelNames = {
     "p0",  "p1",  "p2",  "p3",  "p4",  "p5",  "p6",  "p7",  "p8",  "p9",  "p10",
@@ -110,24 +117,42 @@ inline constexpr auto kSampleColumns =
                    "sequence", "", "counts the device's samples, including lost ones",
                    [](auto& r) -> auto& { return r.sequence; }),
                column(
-                   "channels", "", "bits: 1 depth, 2 force, 4 x, 8 y",
+                   "channels", "",
+                   "bits: 1 depth, 2 force, 4 x, 8 y, 256 zero uncertain, 512 outside calibration",
                    [](auto& r) -> auto& { return r.channels; }),
                later_column(column(
                    "valid_for_ns", "ns", "how long it holds alone",
-                   [](auto& r) -> auto& { return r.valid_for; })));
+                   [](auto& r) -> auto& { return r.valid_for; })),
+               later_column(column(
+                   "zero_mN", "mN", "subtracted from the calibrated force",
+                   [](auto& r) -> auto& { return r.zero_mN; })),
+               later_column(limited_column(
+                   "touch", "0 undecided, 1 free, 2 touching, 3 tared",
+                   [](auto& r) -> auto& { return r.touch; }, 0.0, number_of(Touch::kTared))));
 
 inline constexpr auto kEventColumns = std::tuple(
     time_column(
         "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
     column(
-        "length_ns", "ns", "of a gap, or of the silence before a resume",
+        "length_ns", "ns", "of a gap; of what a resume or zero_certain ends",
         [](auto& r) -> auto& { return r.length; }),
     column(
         "subject", "", "probe from 0, or neuron from 1",
         [](auto& r) -> auto& { return r.subject; }),
     limited_column(
-        "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset",
-        [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kNeuronReset)));
+        "kind", "0 release, 1 resume, 2 gap, 3 neuron_reset, 4 zero_uncertain, 5 zero_certain",
+        [](auto& r) -> auto& { return r.kind; }, 0.0, number_of(LoopEvent::Kind::kZeroCertain)));
+
+inline constexpr auto kSyncColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
+    column(
+        "probe", "", "the first one that the device feeds, from 0",
+        [](auto& r) -> auto& { return r.probe; }),
+    limited_column(
+        "line", "of the device, from 1", [](auto& r) -> auto& { return r.line; }, 1.0, UINT16_MAX),
+    limited_column(
+        "level", "1 high from here on, 0 low", [](auto& r) -> auto& { return r.level; }, 0.0, 1.0));
 
 inline constexpr auto kCommandColumns = std::tuple(
     time_column(
@@ -147,7 +172,23 @@ inline constexpr auto kCommandColumns = std::tuple(
         "heartbeat", "", "number of the update, from 1",
         [](auto& r) -> auto& { return r.heartbeat; }),
     limited_column(
-        "stop", "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale",
-        [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kStale)));
+        "stop",
+        "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale, 7 stopped, 8 "
+        "zero_uncertain, 9 outside_calibration",
+        [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kLast)));
+
+inline constexpr auto kSentColumns = std::tuple_cat(
+    columns_within(
+        kCommandColumns, [](auto& r) -> auto& { return r.command; }),
+    std::tuple(
+        time_column(
+            "sent_monotonic_ns", "sent_monotonic_s", "when it passed the gate, host-monotonic",
+            [](auto& r) -> auto& { return r.sent; }),
+        time_column(
+            "valid_until_ns", "valid_until_s", "when a receiver without a newer one switches off",
+            [](auto& r) -> auto& { return r.valid_until; }),
+        column(
+            "refused_by", "", "0: it left; n: the n-th sink did not pass it on",
+            [](auto& r) -> auto& { return r.refused_by; })));
 
 }  // namespace merkel

@@ -26,12 +26,14 @@ struct DeviceCountersOf {
   Cell distrusted{};
   Cell withheld{};
   Cell saturated{};
+  Cell outside_calibration{};
   Cell reboots{};
   Cell outages{};
   Cell outage_ns{};
   Cell largest_batch{};
   Cell clock_outliers{};
   Cell clock_anchors{};
+  Cell overruns{};
 
   friend bool operator==(const DeviceCountersOf&,
                          const DeviceCountersOf&) requires std::equality_comparable<Cell>
@@ -62,6 +64,8 @@ inline constexpr auto kDeviceCounterFields = [] {
       Row{"device_withheld", "", "readings not used meanwhile", &Counters::withheld, true},
       Row{"device_saturated", "", "readings at the end of the sensor's range", &Counters::saturated,
           true},
+      Row{"device_outside_calibration", "", "readings outside the range of their calibration",
+          &Counters::outside_calibration, true},
       Row{"device_reboots", "", "restarts of a device", &Counters::reboots, true},
       Row{"device_outages", "", "number of times that a device was unplugged", &Counters::outages,
           true},
@@ -73,6 +77,8 @@ inline constexpr auto kDeviceCounterFields = [] {
           &Counters::clock_outliers},
       Row{"device_clock_anchors", "", "number of times that a device's clock jumped",
           &Counters::clock_anchors},
+      Row{"device_overruns", "", "number of times that the buffer of a device's port was full",
+          &Counters::overruns, true},
   };
 }();
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/records/probe_sample.hpp"
+#include "core/records/sync_edge.hpp"
 
 namespace merkel {
 
@@ -26,10 +27,10 @@ static_assert(std::is_trivially_copyable_v<ReadingHead>);
 
 /// The columns of one probe in the rows of its device: what was measured (ProbeSample::Channel
 /// bits; negative: the probe has no value in this reading), the press (depth in mm, force in mN, x
-/// and y in mm), then further columns in units of their own, which the model does not use, then the
-/// pressures of a tactile array in kPa.
+/// and y in mm, the zero of the force in mN, Touch), then further columns in units of their own,
+/// which the model does not use, then the pressures of a tactile array in kPa.
 struct ProbeColumns {
-  static constexpr std::size_t kPress = 5;
+  static constexpr std::size_t kPress = 7;
   static constexpr std::size_t kMostFurther = 32;
 
   std::size_t first = 0;    ///< place in the row
@@ -52,7 +53,9 @@ struct ProbeColumns {
             .y_mm = row[first + 4],
             .sequence = head.sequence,
             .channels = static_cast<std::uint32_t>(row[first]),
-            .valid_for = head.valid_for};
+            .valid_for = head.valid_for,
+            .zero_mN = row[first + 5],
+            .touch = static_cast<Touch>(row[first + 6])};
   }
   /// \param row  of numbers, const or not
   template <class Number>
@@ -69,6 +72,8 @@ struct ProbeColumns {
     row[first + 2] = sample.force_mN;
     row[first + 3] = sample.x_mm;
     row[first + 4] = sample.y_mm;
+    row[first + 5] = sample.zero_mN;
+    row[first + 6] = static_cast<double>(sample.touch);
   }
   void put_nothing(std::span<double> row) const noexcept { row[first] = -1.0; }
 };
@@ -126,6 +131,9 @@ class Readings {
     return {values_.data() + i * columns_.width(), columns_.width()};
   }
   [[nodiscard]] std::span<ReadingHead> heads() noexcept { return heads_; }
+  /// Edges of the device's sync lines since the last readings; there may be some without readings.
+  [[nodiscard]] std::vector<SyncEdge>& edges() noexcept { return edges_; }
+  [[nodiscard]] const std::vector<SyncEdge>& edges() const noexcept { return edges_; }
 
   /// What a probe measured in a reading; nothing: no value.
   [[nodiscard]] std::optional<ProbeSample> sample(std::size_t i, std::size_t probe = 0) const {
@@ -140,7 +148,10 @@ class Readings {
     return columns_.of(probe).taxels_in(row(i));
   }
 
-  void clear() noexcept { resize(0); }
+  void clear() noexcept {
+    resize(0);
+    edges_.clear();
+  }
   /// Keeps the first ones.
   void resize(std::size_t size) {
     heads_.resize(size);
@@ -187,6 +198,7 @@ class Readings {
   std::size_t most_;
   std::vector<ReadingHead> heads_;
   std::vector<double> values_;
+  std::vector<SyncEdge> edges_;
 };
 
 }  // namespace merkel

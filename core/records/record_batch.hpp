@@ -14,8 +14,10 @@
 #include "core/records/probe_sample.hpp"
 #include "core/records/raw_frame.hpp"
 #include "core/records/run_status.hpp"
+#include "core/records/sent_command.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
+#include "core/records/sync_edge.hpp"
 #include "core/records/taxel_block.hpp"
 #include "core/records/tick_record.hpp"
 
@@ -41,8 +43,10 @@ template <template <class> class List>
 struct RecordLists {
   List<PortFrame> frames{};             ///< the bytes that pass the devices' ports
   List<DeliveredSample> samples{};      ///< calibrated samples as the probes delivered them
+  List<SyncEdge> edges{};               ///< of the devices' sync lines; those of a device in order
   List<SpikeEvent> spikes{};            ///< ties by patch and neuron
   List<StimulationCommand> commands{};  ///< the last update of a run has every electrode off
+  List<SentCommand> sent{};             ///< commands that have passed the gate, for receivers
   List<TaxelBlock> taxels{};            ///< pressures of tactile arrays that changed at a tick
   List<TickRecord> ticks{};             ///< the input of the loop: each probe at each tick
   List<LoopEvent> events{};             ///< releases, gaps, resets
@@ -51,12 +55,12 @@ struct RecordLists {
   List<RunStatus> status{};             ///< the run's counters, five times a second and at the end
 
   [[nodiscard]] constexpr auto all() noexcept {
-    return std::tie(frames, samples, spikes, commands, taxels, ticks, events, neurons, marks,
-                    status);
+    return std::tie(frames, samples, edges, spikes, commands, sent, taxels, ticks, events, neurons,
+                    marks, status);
   }
   [[nodiscard]] constexpr auto all() const noexcept {
-    return std::tie(frames, samples, spikes, commands, taxels, ticks, events, neurons, marks,
-                    status);
+    return std::tie(frames, samples, edges, spikes, commands, sent, taxels, ticks, events, neurons,
+                    marks, status);
   }
   /// The list of a kind.
   template <class Record>
@@ -123,6 +127,10 @@ inline constexpr std::uint32_t kKind = [] {
 template <class... Records>
 inline constexpr std::uint32_t kKinds = (kKind<Records> | ...);
 
+/// \see SentCommand::command
+[[nodiscard]] constexpr std::chrono::nanoseconds time_of(const SentCommand& item) noexcept {
+  return item.command.time;
+}
 /// The probe time of a record.
 template <class Record>
 [[nodiscard]] constexpr std::chrono::nanoseconds time_of(const Record& record) noexcept {

@@ -37,11 +37,15 @@ struct RunCountersOf : DeviceCountersOf<Cell> {
   Cell demotions{};
   Cell commands{};
   Cell commands_limited{};
+  Cell commands_rounded{};
+  Cell largest_rounding_nA{};
+  Cell largest_rounding_mHz{};
   Cell commands_dropped{};
   Cell stimulation_stops{};
   Cell commands_withheld{};
   Cell commands_slowed{};
   Cell stale_stops{};
+  Cell commands_refused{};
   Cell probe_count{};
   Cell probes_ended{};
 
@@ -97,17 +101,25 @@ inline constexpr auto kRunCounterFields = [] {
       Row{"commands", "", "stimulation commands", &Counters::commands},
       Row{"commands_limited", "", "number of times that a stimulation limit took effect",
           &Counters::commands_limited},
+      Row{"commands_rounded", "", "stimulation commands rounded down to a step of the stimulator",
+          &Counters::commands_rounded},
+      Row{"largest_rounding_nA", "nA", "most that rounding took from an amplitude",
+          &Counters::largest_rounding_nA},
+      Row{"largest_rounding_mHz", "mHz", "most that rounding took from a frequency",
+          &Counters::largest_rounding_mHz},
       Row{"commands_dropped", "", "stimulation commands dropped: the queue of a sink was full",
           &Counters::commands_dropped, true},
       Row{"stimulation_stops", "", "number of times that a fault switched stimulation off",
           &Counters::stimulation_stops, true},
-      Row{"commands_withheld", "",
-          "stimulation commands too late to be sent, counted for each sink",
+      Row{"commands_withheld", "", "stimulation commands too late to be sent",
           &Counters::commands_withheld},
-      Row{"commands_slowed", "", "amplitudes reduced to the slope in wall time, for each sink",
+      Row{"commands_slowed", "", "amplitudes reduced to the slope in wall time",
           &Counters::commands_slowed},
-      Row{"stale_stops", "", "times that the watchdog switched stimulation off, for each sink",
+      Row{"stale_stops", "", "times that the watchdog switched stimulation off",
           &Counters::stale_stops, true},
+      Row{"commands_refused", "",
+          "stimulation commands that a sink did not pass on: it or its receiver was late or away",
+          &Counters::commands_refused, true},
       Row{"probe_count", "", "probes of the scene", &Counters::probe_count},
       Row{"probes_ended", "", "probes whose stream has ended", &Counters::probes_ended},
   };

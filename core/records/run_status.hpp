@@ -16,6 +16,7 @@ struct RunStatus {
     std::uint64_t taxels = 0;
     std::uint64_t events = 0;
     std::uint64_t samples = 0;
+    std::uint64_t edges = 0;
     std::uint64_t frames = 0;
     std::uint64_t commands = 0;
 
@@ -49,6 +50,7 @@ inline constexpr auto kLossFields = [] {
       Row{"lost_taxels", "", "blocks of taxels not in this file", &Losses::taxels, true},
       Row{"lost_events", "", "events not in this file", &Losses::events, true},
       Row{"lost_samples", "", "samples not in this file", &Losses::samples, true},
+      Row{"lost_edges", "", "edges of sync lines not in this file", &Losses::edges, true},
       Row{"lost_frames", "", "chunks of device bytes not in this file", &Losses::frames, true},
       Row{"lost_commands", "", "stimulation commands not in this file", &Losses::commands, true},
   };

@@ -18,12 +18,16 @@ struct StimulationCommand {
   /// The reason for an amplitude of 0, regardless of the encoder.
   enum class Stop : std::uint8_t {
     kNone,
-    kReleased,     ///< a probe on the electrode's patch was silent for too long, or has ended
-    kGap,          ///< the simulation skipped ticks
-    kNeuronReset,  ///< a neuron of the patch was reset after a non-finite state
-    kSinkFailure,  ///< a receiver of the commands failed; holds until the end of the run
-    kEnd,          ///< the run is over
-    kStale,        ///< the simulation or a probe's samples stopped, measured in wall time
+    kReleased,       ///< a probe on the electrode's patch was silent for too long, or has ended
+    kGap,            ///< the simulation skipped ticks
+    kNeuronReset,    ///< a neuron of the patch was reset after a non-finite state
+    kSinkFailure,    ///< a receiver of the commands failed; holds until the end of the run
+    kEnd,            ///< the run is over
+    kStale,          ///< the simulation or a probe's samples stopped, measured in wall time
+    kStopped,        ///< stopped by hand; holds until stimulation is started again
+    kZeroUncertain,  ///< suspended: ProbeSample::kZeroUncertain
+    kOutsideCalibration,  ///< suspended: ProbeSample::kOutsideCalibration
+    kLast = kOutsideCalibration,
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time: a tick's end; for a pulse, its spike's time
@@ -45,7 +49,8 @@ static_assert(sizeof(StimulationCommand) == 32);
   return kind == StimulationCommand::Kind::kPulse ? "pulse" : "update";
 }
 
-/// "", "released", "gap", "neuron_reset", "sink_failure", "end", "stale".
+/// "", "released", "gap", "neuron_reset", "sink_failure", "end", "stale", "stopped",
+/// "zero_uncertain", "outside_calibration".
 [[nodiscard]] constexpr std::string_view name_of(StimulationCommand::Stop stop) noexcept {
   switch (stop) {
     case StimulationCommand::Stop::kNone:
@@ -62,6 +67,12 @@ static_assert(sizeof(StimulationCommand) == 32);
       return "end";
     case StimulationCommand::Stop::kStale:
       return "stale";
+    case StimulationCommand::Stop::kStopped:
+      return "stopped";
+    case StimulationCommand::Stop::kZeroUncertain:
+      return "zero_uncertain";
+    case StimulationCommand::Stop::kOutsideCalibration:
+      return "outside_calibration";
   }
   return "";
 }

@@ -7,6 +7,7 @@
 
 #include "core/contact/contact_state.hpp"
 #include "core/records/contact_input.hpp"
+#include "core/records/touch.hpp"
 
 namespace merkel {
 
@@ -33,10 +34,19 @@ struct TickRecord {
   std::uint32_t probe = 0;   ///< from 0
   std::uint16_t late = 0;    ///< samples found at this tick after their time was simulated
   State state = State::kFollowing;
+  std::uint8_t doubts = 0;  ///< of the samples in effect: ProbeSample::Doubt bits
+  Touch touch = Touch::kUndecided;
   std::uint16_t taxel_blocks = 0;  ///< of a tactile array: number of its TaxelBlocks of this tick
 };
 
 static_assert(std::is_trivially_copyable_v<TickRecord>);
+
+/// Whether a probe touches at a tick; if that is undecided, by any positive depth or force.
+[[nodiscard]] constexpr bool touches(const TickRecord& tick) noexcept {
+  return tick.touch == Touch::kUndecided
+             ? tick.contact.depth_mm > 0.0 || tick.contact.force_mN > 0.0
+             : tick.touch == Touch::kTouching;
+}
 
 /// "following", "held", "released", "ended".
 [[nodiscard]] constexpr std::string_view name_of(TickRecord::State state) noexcept {

@@ -42,54 +42,81 @@ double radius_of_sphere(const PlacedContact& placed, const SkinParameters& skin,
   });
 }
 
-/// For each of a tip's tables, the largest energy density that it has per depth² in skin at rest at
-/// kSpacing_mm·k or farther; beyond the last, the tip is a point load.
-std::vector<std::vector<double>> largest_energies(const TipField& tip, const SkinParameters& skin) {
-  const SkinMaterial material(skin);
-  const PixelGrid& grid = tip.tables().grid;
-  std::vector<std::vector<double>> largest;
-  for (const PressTables::Table& table : tip.tables().tables) {
-    std::vector<double>& energies = largest.emplace_back();
-    for (std::size_t i = 0; i < table.nodes.size(); ++i) {
-      // A node acts as far as its neighbours.
-      const double r = std::hypot(grid.x_mm(i % grid.columns), grid.y_mm(i / grid.columns));
-      const auto bin = static_cast<std::size_t>((r + grid.pixel_mm) / kSpacing_mm);
-      if (bin >= energies.size()) energies.resize(bin + 1);
-      energies[bin] = std::max(energies[bin], energy_density_kPa(table.nodes[i].stress(), material,
-                                                                 skin.energy_density));
+/// The energy densities of a tip's tables per depth² in skin at rest; beyond the tables, the tip is
+/// a point load.
+class FieldReach {
+ public:
+  FieldReach(const TipField& tip, const SkinParameters& skin)
+      : tip_(tip), grid_(tip.tables().grid), far_(FarField(LayeredMedium(skin), skin), skin) {
+    const SkinMaterial material(skin);
+    for (const PressTables::Table& table : tip.tables().tables) {
+      std::vector<double>& energies = energies_kPa_.emplace_back();
+      for (const GridNode& node : table.nodes) {
+        energies.push_back(energy_density_kPa(node.stress(), material, skin.energy_density));
+      }
     }
-    for (std::size_t k = energies.size() - 1; k-- > 0;) {
-      energies[k] = std::max(energies[k], energies[k + 1]);
-    }
+    const auto cells = [](std::size_t nodes) { return nodes / kNodesPerCell + 1; };
+    mask_.cells = {.pixel_mm = grid_.pixel_mm * static_cast<double>(kNodesPerCell),
+                   .columns = cells(grid_.columns),
+                   .rows = cells(grid_.rows)};
+    mask_.depth_mm.assign(mask_.cells.pixels(), static_cast<float>(kDeepest_mm));
   }
-  return largest;
-}
 
-/// The distance from a tip beyond which a press stays below a limit. √SED is a norm, so that a
-/// blend of two tables stays below the larger one, times the weights' sum.
-double radius_of_field(const PlacedContact& placed,
-                       const std::vector<std::vector<double>>& largest_kPa, const FarEnergy& far,
-                       double limit_kPa) {
-  const TipField& tip = *placed.field;
-  const TipField::Blend blend = tip.blend(placed.contact.depth_mm);
-  const double weights = std::fabs(blend.weight[0]) + std::fabs(blend.weight[1]);
-  const double per_depth2 = limit_kPa / placed.stored_energy(weights * weights);
-  const PixelGrid& grid = tip.tables().grid;
-  const double inside_mm =
-      0.5 * grid.pixel_mm * static_cast<double>(std::min(grid.columns, grid.rows) - 3);
-  double radius_mm = 0.0;
-  for (std::size_t t = 0; t < 2; ++t) {
-    if (blend.weight[t] == 0.0) continue;
-    const std::vector<double>& energies = largest_kPa[blend.lower + t];
-    const auto beyond = std::partition_point(energies.begin(), energies.end(),
-                                             [&](double energy) { return energy > per_depth2; });
-    radius_mm = std::max(radius_mm, kSpacing_mm * static_cast<double>(beyond - energies.begin()));
-    const double force = tip.tables().tables[blend.lower + t].force_mN_per_mm;
-    const double load_mm = force > 0.0 ? far.reach_mm(per_depth2 / (force * force)) : 0.0;
-    if (load_mm > inside_mm) radius_mm = std::max(radius_mm, load_mm);
+  /// The distance beyond which a press stays below a limit; the cells that it reaches are reached
+  /// by all presses deeper than `from_mm`. √SED is a norm, so that a blend of two tables stays
+  /// below the larger one, times the weights' sum.
+  double reached(const PlacedContact& placed, double limit_kPa, double from_mm) {
+    const TipField::Blend blend = tip_.blend(placed.contact.depth_mm);
+    const double weights = std::fabs(blend.weight[0]) + std::fabs(blend.weight[1]);
+    const double per_depth2 = limit_kPa / placed.stored_energy(weights * weights);
+    const double inside_mm =
+        0.5 * grid_.pixel_mm * static_cast<double>(std::min(grid_.columns, grid_.rows) - 3);
+    double radius_mm = 0.0;
+    for (std::size_t t = 0; t < 2; ++t) {
+      if (blend.weight[t] == 0.0) continue;
+      const std::vector<double>& energies = energies_kPa_[blend.lower + t];
+      for (std::size_t i = 0; i < energies.size(); ++i) {
+        if (!(energies[i] > per_depth2)) continue;
+        // A node acts as far as its neighbours.
+        const double x = grid_.x_mm(i % grid_.columns);
+        const double y = grid_.y_mm(i / grid_.columns);
+        radius_mm = std::max(radius_mm, std::hypot(x, y) + grid_.pixel_mm);
+        mark(x, y, from_mm);
+      }
+      const double force = tip_.tables().tables[blend.lower + t].force_mN_per_mm;
+      const double load_mm = force > 0.0 ? far_.reach_mm(per_depth2 / (force * force)) : 0.0;
+      if (load_mm > inside_mm) radius_mm = std::max(radius_mm, load_mm);
+    }
+    return radius_mm;
   }
-  return radius_mm;
-}
+
+  [[nodiscard]] const ReachMask& mask() const noexcept { return mask_; }
+
+ private:
+  static constexpr std::size_t kNodesPerCell = 3;
+
+  void mark(double x, double y, double from_mm) {
+    const PixelGrid& cells = mask_.cells;
+    const auto place = [&](double at_mm, std::size_t count) {
+      const double cell = at_mm / cells.pixel_mm + 0.5 * static_cast<double>(count);
+      return static_cast<std::size_t>(std::clamp(cell, 0.0, static_cast<double>(count - 1)));
+    };
+    for (const double dy : {-grid_.pixel_mm, grid_.pixel_mm}) {
+      for (const double dx : {-grid_.pixel_mm, grid_.pixel_mm}) {
+        float& from =
+            mask_
+                .depth_mm[place(y + dy, cells.rows) * cells.columns + place(x + dx, cells.columns)];
+        from = std::min(from, static_cast<float>(from_mm));
+      }
+    }
+  }
+
+  const TipField& tip_;
+  const PixelGrid& grid_;
+  FarEnergy far_;
+  std::vector<std::vector<double>> energies_kPa_;  ///< of each table, at its nodes
+  ReachMask mask_;
+};
 
 }  // namespace
 
@@ -112,22 +139,18 @@ DriveReach::DriveReach(const TipContact& tip, const SkinParameters& skin, double
   if (!(limit_of_all_kPa > 0.0)) return;
   const double share = static_cast<double>(tips);
   const double limit_kPa = limit_of_all_kPa / (share * share);
-  std::vector<std::vector<double>> largest_kPa;
-  std::optional<FarEnergy> far;
-  if (tip.field() != nullptr) {
-    largest_kPa = largest_energies(*tip.field(), skin);
-    far.emplace(FarField(LayeredMedium(skin), skin), skin);
-  }
+  std::optional<FieldReach> field;
+  if (tip.field() != nullptr) field.emplace(*tip.field(), skin);
   radius_mm_.reserve(kDepths + 1);
   for (int k = 0; k <= kDepths; ++k) {
     const double depth_mm = k * spacing_mm_;
     const PlacedContact placed{.contact = tip.press_at_depth({}, depth_mm).contact,
                                .field = tip.field()};
-    const double radius_mm = tip.field() != nullptr
-                                 ? radius_of_field(placed, largest_kPa, *far, limit_kPa)
-                                 : radius_of_sphere(placed, skin, limit_kPa);
+    const double radius_mm = field ? field->reached(placed, limit_kPa, depth_mm - spacing_mm_)
+                                   : radius_of_sphere(placed, skin, limit_kPa);
     radius_mm_.push_back(radius_mm_.empty() ? radius_mm : std::max(radius_mm, radius_mm_.back()));
   }
+  if (field) mask_ = field->mask();
 }
 
 double DriveReach::radius_mm(double depth_mm) const noexcept {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/contact/reach_mask.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
@@ -10,7 +11,7 @@
 namespace merkel {
 
 /// The distance from a tip's axis within which its press can change a receptor's current by more
-/// than a tolerance.
+/// than a tolerance; under a solved contact, also the places around the axis.
 ///
 /// Beyond the reach, the current lies between σ(0) and σ(0) + tolerance·α, where σ is the sigmoid
 /// of Eq. 7; it is taken as σ(0). √SED is a norm of the stress, so if `tips` tips press at the same
@@ -29,6 +30,11 @@ class DriveReach {
   /// The reach at an indentation depth; infinite beyond the table. Never decreases with the depth.
   [[nodiscard]] double radius_mm(double depth_mm) const noexcept MERKEL_REALTIME;
 
+  /// The places within that distance, up to the end of a tip's tables; null if all are reached.
+  [[nodiscard]] const ReachMask* mask() const noexcept MERKEL_REALTIME {
+    return mask_.depth_mm.empty() ? nullptr : &mask_;
+  }
+
   /// The energy density that changes the current by the tolerance, kPa.
   [[nodiscard]] static double energy_of_tolerance_kPa(const SigmoidTransduction& transduction,
                                                       double tolerance) noexcept;
@@ -36,6 +42,7 @@ class DriveReach {
  private:
   double spacing_mm_;
   std::vector<double> radius_mm_;  ///< at depths 0, spacing, 2·spacing …
+  ReachMask mask_;
 };
 
 }  // namespace merkel

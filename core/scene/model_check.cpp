@@ -43,15 +43,17 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .fields(tick_fields(copy))
       .fields(neuron_fields(copy));
   for (const auto& patch : p.patches) all.also(patch.patch.check());
+  // The checks of a tip build it, on a skin whose numbers are in their ranges.
+  if (const auto checked = all.result(); !checked) return checked;
   for (const Indenter& indenter : p.indenters) {
-    all.also(indenter.check(p.skin))
-        .require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
+    if (const auto checked = all.also(indenter.check(p.skin)).result(); !checked) return checked;
+    all.require(indenter.patch < p.patches.size(), "probe.patch", "is not a patch of the scene")
         .require(indenter.control == p.indenters.front().control ||
-                     p.indenters.front().prescribed() || indenter.prescribed(),
+                     p.indenters.front().taxels() != nullptr || indenter.taxels() != nullptr,
                  "probe.control", kMixedControl)
-        .require(!indenter.prescribed() || alone_on_patch(p, indenter.patch), "probe.tip",
+        .require(indenter.taxels() == nullptr || alone_on_patch(p, indenter.patch), "probe.tip",
                  "\"taxels\" needs a patch of its own: give the other probe another patch")
-        .require(!indenter.prescribed() || p.energy_driven(), "probe.tip",
+        .require(indenter.taxels() == nullptr || p.energy_driven(), "probe.tip",
                  "\"taxels\" needs neurons that the energy density drives: set neuron.kind = "
                  "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"")
         .require(!indenter.surface.slides || p.tick >= std::chrono::milliseconds(1) ||

@@ -67,13 +67,17 @@ BoundFields receptor_fields(PatchParameters& patch) {
   return fields;
 }
 
+BoundFields tip_kind_field(Indenter& indenter) {
+  BoundFields fields;
+  bind_fields(Indenter::tip_field(), &indenter, fields);
+  return fields;
+}
+
 BoundFields tip_fields(Indenter& indenter) {
-  BoundFields fields = bind_fields(indenter);
-  bind_fields(indenter.pin, fields);
-  bind_fields(indenter.bars, fields);
-  bind_fields(indenter.shape, fields);
-  bind_fields(indenter.taxels, fields);
-  bind_fields(indenter.surface, fields);
+  BoundFields fields;
+  std::visit([&](auto& tip) { bind_fields(tip, fields); }, indenter.tip);
+  if (indenter.sphere() == nullptr) bind_fields(indenter, fields);
+  if (indenter.taxels() == nullptr) bind_fields(indenter.surface, fields);
   return fields;
 }
 

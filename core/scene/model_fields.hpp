@@ -7,7 +7,9 @@ namespace merkel {
 
 /// The parameters of [receptors], borrowed from a patch.
 [[nodiscard]] BoundFields receptor_fields(PatchParameters& patch);
-/// The parameters of [probe] that belong to its tip.
+/// `tip` of [probe]. Setting another kind selects its default tip, and invalidates tip_fields().
+[[nodiscard]] BoundFields tip_kind_field(Indenter& indenter);
+/// The other parameters of [probe] that belong to its tip, which depend on its kind.
 [[nodiscard]] BoundFields tip_fields(Indenter& indenter);
 /// The parameter of [loop] that belongs to the model: tick_us.
 [[nodiscard]] BoundFields tick_fields(ModelParameters& model);

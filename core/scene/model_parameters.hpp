@@ -64,7 +64,7 @@ struct ModelParameters {
   /// Whether a tip is a tactile array.
   [[nodiscard]] bool has_arrays() const noexcept {
     return std::any_of(indenters.begin(), indenters.end(),
-                       [](const Indenter& indenter) { return indenter.prescribed(); });
+                       [](const Indenter& indenter) { return indenter.taxels() != nullptr; });
   }
   [[nodiscard]] NeuronKind kind() const noexcept {
     return static_cast<NeuronKind>(afferent.index());

@@ -95,8 +95,8 @@ Expected<void, ParameterError> check_arrays(const TactileModel::Parameters& p,
                                             const std::vector<TactilePatch>& patches) {
   ParameterCheck all;
   for (const Indenter& indenter : p.indenters) {
-    if (!indenter.prescribed()) continue;
-    const std::size_t nodes = TaxelField::nodes(indenter.taxels, indenter.shape.orientation_deg,
+    if (indenter.taxels() == nullptr) continue;
+    const std::size_t nodes = TaxelField::nodes(*indenter.taxels(), indenter.orientation_deg,
                                                 p.skin, positions_of(patches[indenter.patch]));
     all.require(nodes <= TaxelField::kMostNodes, "skin.receptor_depth_mm",
                 "is so small for an array of this size that a tick would take too long: use fewer "
@@ -148,9 +148,9 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
     taxels_.push_back(nullptr);
     sliding_.push_back(sliding_of(indenter, parameters));
     const std::size_t tips = indenters_on(indenter.patch, parameters);
-    if (indenter.prescribed()) {
+    if (indenter.taxels() != nullptr) {
       taxels_.back() =
-          std::make_unique<TaxelField>(indenter.taxels, indenter.shape.orientation_deg,
+          std::make_unique<TaxelField>(*indenter.taxels(), indenter.orientation_deg,
                                        parameters.skin, positions_of(patches_[indenter.patch]));
       reach_of_tip_.emplace_back(tips_.back(), parameters.skin, 0.0, std::size_t{1});  // all
     } else if (same != own && tips == indenters_on(same->patch, parameters)) {
@@ -300,7 +300,7 @@ void TactileModel::set_taxels(std::size_t indenter, std::span<const float> press
 void TactileModel::touch(std::size_t indenter) noexcept {
   const TaxelField& taxels = *taxels_[indenter];
   Press& made = presses_[indenter];
-  const Position& place = parameters_.indenters[indenter].taxels.place;
+  const Position& place = parameters_.indenters[indenter].taxels()->place;
   made = {.contact = {}, .x_mm = place.x_mm, .y_mm = place.y_mm};
   if (!taxels.touching()) return;
   made.contact.force_mN = taxels.force_mN();
@@ -334,7 +334,8 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,
          .reach_mm = sliding_[i] ? sliding_[i]->reach_mm()
-                                 : reach_of_tip_[i].radius_mm(made.contact.depth_mm)});
+                                 : reach_of_tip_[i].radius_mm(made.contact.depth_mm),
+         .mask = reach_of_tip_[i].mask()});
     if (made.contact.depth_mm > deepest_[i].contact.depth_mm) deepest_[i] = made;
   }
   for (const auto& touching : touching_) update_rim_distance(touching);

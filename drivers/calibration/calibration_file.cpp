@@ -8,12 +8,13 @@
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/toml.hpp"
 #include "drivers/protocols/csv_columns.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
 namespace {
 
-const std::array<std::string, 6> kKeys = {"source",     "gain",  "zero",
-                                          "saturation", "noise", "residual"};
+const std::array<std::string, 7> kKeys = {"source", "gain",  "zero",    "saturation",
+                                          "range",  "noise", "residual"};
 
 std::string quoted(const std::string& text) {
   const toml::value<std::string> value(text);
@@ -30,6 +31,7 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
                                                       std::string_view name,
                                                       const toml::table& table) {
   ChannelCalibration channel;
+  channel.from_file = true;
   bool has_source = false;
   for (const auto& [key, node] : table) {
     const std::string word(key.str());
@@ -39,7 +41,7 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
       const auto* const found =
           std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), source);
       const auto own = csv_column_named(source);
-      if (own && own->kind == CsvColumn::Kind::kValue && is_named(own->channel)) {
+      if (own && own->kind == CsvColumn::Kind::kValue && is_named(own->channel) && !own->sync) {
         channel.source = own->channel;
         channel.name = source;
         has_source = true;
@@ -58,6 +60,21 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
       const std::string nearest = nearest_name(word, kKeys);
       return bad_input(at(path, node) + "the key " + full + " is unknown" +
                        (nearest.empty() ? "" : ": did you mean " + nearest + "?"));
+    }
+    if (word == "range") {
+      const toml::array* const ends = node.as_array();
+      const auto end = [&](std::size_t i) {
+        return ends != nullptr && ends->size() == 2
+                   ? (*ends)[i].value<double>().value_or(std::nan(""))
+                   : std::nan("");
+      };
+      const std::array<double, 2> range = {end(0), end(1)};
+      if (!(range[0] < range[1]) || !std::isfinite(range[0]) || !std::isfinite(range[1])) {
+        return bad_input(at(path, node) + full +
+                         " must be the smallest and the largest known point, such as [0.0, 2.0]");
+      }
+      channel.range = range;
+      continue;
     }
     const auto number = node.value<double>();
     if (!number || !std::isfinite(*number)) {
@@ -90,8 +107,17 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
                      ": this is not valid TOML: " + file.error().reason);
   }
   ProbeCalibration calibration;
+  UnitFactors factors;
   for (const auto& [key, node] : *file) {
     const std::string word(key.str());
+    if (UnitFactors::is_key(word)) {
+      const double factor = node.value<double>().value_or(std::nan(""));
+      if (const std::string wrong = factors.add(word, factor); !wrong.empty()) {
+        return bad_input(at(path, node) + wrong);
+      }
+      calibration.factors.emplace_back(word, factor);
+      continue;
+    }
     if (word == "serial_number" || word == "date") {
       const auto value = node.value<std::string>();
       if (!value) return bad_input(at(path, node) + word + " must be a text in quotes");
@@ -102,8 +128,8 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
         std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
     if (found == kSampleChannelNames.end() || !node.is_table()) {
       return bad_input(at(path, node) + "\"" + word +
-                       "\" is unknown: a calibration has serial_number, date and the tables "
-                       "depth, force, x and y");
+                       "\" is unknown: a calibration has serial_number, date, factors such "
+                       "as force_N_per_V, and the tables depth, force, x and y");
     }
     auto channel = read_channel(path, word, *node.as_table());
     if (!channel) return Unexpected<SetupError>(channel.error());
@@ -117,21 +143,24 @@ std::string calibration_text(const ProbeCalibration& calibration, const std::str
   text << "# " << comment << "\n# sample = gain · (reading − zero); forces in N, lengths in mm\n"
        << "serial_number = " << quoted(calibration.serial_number)
        << "\ndate = " << quoted(calibration.date) << "\n";
+  const auto number = [](double value) {
+    const std::string digits = shortest_decimal(value);
+    // A TOML float needs a decimal point.
+    return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
+  };
+  for (const auto& [key, factor] : calibration.factors)
+    text << key << " = " << number(factor) << "\n";
   for (std::size_t i = 0; i < calibration.channels.size(); ++i) {
     const auto& channel = calibration.channels[i];
     if (!channel) continue;
-    const auto number = [](double value) {
-      const std::string digits = shortest_decimal(value);
-      // A TOML float needs a decimal point.
-      return digits.find_first_of(".e") == std::string::npos ? digits + ".0" : digits;
-    };
-    const std::string source =
-        is_named(channel->source)
-            ? channel->name
-            : std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]);
+    const std::string source = is_named(channel->source) ? channel->name : channel->stem();
     text << "\n[" << kSampleChannelNames[i] << "]\nsource = " << quoted(source)
          << "\ngain = " << number(channel->gain) << "\nzero = " << number(channel->zero) << "\n";
     if (channel->saturation) text << "saturation = " << number(*channel->saturation) << "\n";
+    if (channel->range) {
+      text << "range = [" << number(channel->range->front()) << ", "
+           << number(channel->range->back()) << "]  # of the known points\n";
+    }
     text << "noise = " << number(channel->noise)
          << "     # rms\nresidual = " << number(channel->residual)
          << "  # rms about the known points\n";

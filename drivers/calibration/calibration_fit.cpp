@@ -106,6 +106,10 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
       rest += error * error / n;
     }
     fitted.residual = std::sqrt(rest);
+    const auto [least, most] =
+        std::minmax_element(points.begin(), points.end(),
+                            [](const auto& a, const auto& b) { return a.known < b.known; });
+    fitted.range = {least->known, most->known};
     if (std::string sentence = moving_point(points, fitted.gain); !sentence.empty()) {
       return bad_input(sentence);
     }

@@ -3,8 +3,14 @@
 #include <cmath>
 
 #include "core/units.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
+
+std::string ChannelCalibration::stem() const {
+  if (is_named(source)) return name.substr(0, name.rfind('_'));
+  return std::string(kDeviceChannelNames[static_cast<std::size_t>(source)]);
+}
 
 ProbeCalibration ProbeCalibration::natural(std::uint32_t device_channels) {
   const auto has = [&](DeviceChannel channel) { return (device_channels & bit_of(channel)) != 0U; };
@@ -56,6 +62,34 @@ bool ProbeCalibration::saturated(const DeviceReading& reading) const noexcept {
     }
   }
   return false;
+}
+
+bool ChannelCalibration::is_outside(double press) const noexcept {
+  if (!range) return false;
+  constexpr double kShare = 0.02;
+  constexpr double kNoises = 5.0;
+  const auto [least, most] = *range;
+  const double tolerance = kShare * (most - least) + kNoises * noise;
+  return press > most + tolerance || (press > 0.0 && press < least - tolerance);
+}
+
+bool ProbeCalibration::is_outside(const ProbeSample& sample) const noexcept {
+  return (channels[0] && channels[0]->is_outside(sample.depth_mm)) ||
+         (channels[1] && channels[1]->is_outside(units::N_from_mN(sample.force_mN)));
+}
+
+std::uint32_t ProbeCalibration::channels_of_file() const {
+  UnitFactors known;
+  for (const auto& [key, factor] : factors) static_cast<void>(known.add(key, factor));
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (!channels[i]) continue;
+    const std::string stem = channels[i]->stem();
+    const bool has_factor = known.of(stem, {.quantity = Quantity::kVoltage}) ||
+                            known.of(stem, {.quantity = Quantity::kCount});
+    if (channels[i]->from_file || has_factor) bits |= 1U << i;
+  }
+  return bits;
 }
 
 }  // namespace merkel

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "core/records/probe_sample.hpp"
@@ -20,13 +22,20 @@ struct ChannelCalibration {
   double zero = 0.0;
   /// Uncalibrated readings beyond this magnitude count as saturated; not set: none.
   std::optional<double> saturation;
+  /// The smallest and the largest of the known points, in N or mm; not set: one point, or none.
+  std::optional<std::array<double, 2>> range = {};
   /// For the user: rms of the noise, and of the residuals about the calibration line.
   double noise = 0.0;
   double residual = 0.0;
+  bool from_file = false;  ///< not only the natural meaning of the device's channel
 
   [[nodiscard]] double apply(const DeviceReading& reading) const noexcept {
     return gain * (reading[source] - zero);
   }
+  /// The name of its source without the unit: "force", "z", "thumb".
+  [[nodiscard]] std::string stem() const;
+  /// True if a press, in N or mm, is beyond the range by more than 2 % of it and the noise.
+  [[nodiscard]] bool is_outside(double press) const noexcept;
 };
 
 /// The four channels of a sample, in the order of ProbeSample::Channel's bits.
@@ -36,6 +45,9 @@ inline constexpr std::array<std::string_view, 4> kSampleChannelNames = {"depth",
 struct ProbeCalibration {
   std::string serial_number;  ///< of the calibrated device; empty: any
   std::string date;
+  /// Of columns in volts or counts: keys of UnitFactors and their values. They apply before the
+  /// gains, as if they were options of the device's URI.
+  std::vector<std::pair<std::string, double>> factors = {};
   std::array<std::optional<ChannelCalibration>, 4> channels;
 
   /// The default for a device's channels. Depth is the device's depth, else −z (a stage whose work
@@ -47,10 +59,15 @@ struct ProbeCalibration {
 
   /// ProbeSample::Channel bits.
   [[nodiscard]] std::uint32_t sample_channels() const noexcept;
+  [[nodiscard]] bool has_channels() const noexcept { return sample_channels() != 0U; }
 
   /// Values in mm and mN; the caller sets times and sequence.
   [[nodiscard]] ProbeSample apply(const DeviceReading& reading) const noexcept;
   [[nodiscard]] bool saturated(const DeviceReading& reading) const noexcept;
+  /// True if the force or the depth of a sample is outside the range of its calibration.
+  [[nodiscard]] bool is_outside(const ProbeSample& sample) const noexcept;
+  /// ProbeSample::Channel bits of the channels that the file calibrates, by a table or a factor.
+  [[nodiscard]] std::uint32_t channels_of_file() const;
 };
 
 /// Reads a calibration file (TOML, written by `merkel calibrate`).

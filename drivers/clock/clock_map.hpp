@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -28,6 +29,10 @@ class ClockMap {
   [[nodiscard]] ClockMap inverse() const;
   /// First this map, then `next`.
   [[nodiscard]] ClockMap then(const ClockMap& next) const;
+  /// Of a straight line each.
+  [[nodiscard]] std::size_t pieces() const noexcept {
+    return knots_.size() < 3 ? 1 : knots_.size() - 1;
+  }
   /// By how much the second clock is faster over all readings, as a fraction.
   [[nodiscard]] double rate() const noexcept;
   /// The largest of that between two readings, in magnitude.

@@ -15,9 +15,10 @@ namespace merkel {
 // Records as CSV, from their columns: times and lengths of time in seconds, enumerators as words,
 // numbers as the shortest decimals that read back as the same value.
 
-/// Appends a text as one field: in quotes if a reader of CSV would take it for several (RFC 4180).
+/// Appends a text as one field: in quotes if a reader of CSV would take it for several (RFC 4180),
+/// or drop its blanks.
 inline void append_field(std::string& text, std::string_view field) {
-  if (field.find_first_of(",\"\r\n") == std::string_view::npos) {
+  if (field.find_first_of(",\"\r\n") == std::string_view::npos && !field.starts_with(' ')) {
     text.append(field);
     return;
   }

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/contact/solver/rigid_contact.hpp"
+#include "core/contact/solver/height_map.hpp"
 #include "core/expected.hpp"
 
 namespace merkel {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/files/output_file.hpp"
@@ -42,5 +43,14 @@ class NpyFile {
   std::string buffer_;
   std::uint64_t values_ = 0;  ///< in the file
 };
+
+/// The numbers of a NumPy file of one dimension.
+struct NpyValues {
+  bool whole = true;           ///< whole numbers
+  std::vector<double> values;  ///< exact up to 2^53
+};
+
+/// Reads whole numbers of 2, 4 or 8 bytes, and doubles, little-endian. Accepts arbitrary bytes.
+[[nodiscard]] Expected<NpyValues, SetupError> read_npy(const std::string& path);
 
 }  // namespace merkel

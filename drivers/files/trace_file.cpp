@@ -45,12 +45,22 @@ std::optional<std::chrono::nanoseconds> time_of(std::string_view field, int powe
 
 }  // namespace
 
-/// A column by its name and unit: "force_g". Any other name is an extra column.
-TraceReader::Column TraceReader::column_named(const std::string& name) {
+/// A column by its name and unit: "force_g". Any other name is an extra column; one in volts or
+/// counts gets the name of its unit.
+Expected<TraceReader::Column, SetupError> TraceReader::column_named(const std::string& name) {
   Column column{.kind = Kind::kExtra, .name = name};
-  const auto named = csv_column_named(name);
+  const auto named = csv_column_named(name, factors_);
+  if (!named && is_electrical_press(name)) return bad_input(lines_.where() + named.error());
   if (!named) return column;
   double factor = named->factor;
+  const auto unit = unit_named(name.substr(name.rfind('_') + 1));
+  const bool electrical = unit && unit->is_electrical();
+  factors_used_ = factors_used_ || electrical;
+  if (electrical && named->kind == CsvColumn::Kind::kValue && is_named(named->channel)) {
+    column.name.replace(name.rfind('_') + 1, std::string::npos,
+                        named->force ? "N" : (named->pressure ? "kPa" : "mm"));
+    column.factor = factor;
+  }
   if (named->kind == CsvColumn::Kind::kTime) {
     column.kind = Kind::kTime;
     factor = static_cast<double>(named->nanoseconds);
@@ -90,10 +100,10 @@ bool TraceReader::has(Kind kind) const noexcept {
                      [kind](const Column& column) { return column.kind == kind; });
 }
 
-Expected<TraceReader, SetupError> TraceReader::open(const std::string& path) {
+Expected<TraceReader, SetupError> TraceReader::open(const std::string& path, UnitFactors factors) {
   auto lines = LineReader::open(path);
   if (!lines) return Unexpected<SetupError>(lines.error());
-  TraceReader reader(std::move(*lines));
+  TraceReader reader(std::move(*lines), std::move(factors));
   if (auto header = reader.read_header(); !header) {
     return Unexpected<SetupError>(header.error());
   }
@@ -127,6 +137,11 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   while (!rest.empty()) {
     if (auto added = add_column(std::string(take_field(rest))); !added) return added;
+  }
+  if (!factors_.empty() && !factors_used_) {
+    return bad_input(lines_.where() +
+                     "no column is in V, mV or counts that a key such as force_N_per_V is for: "
+                     "remove it, or name the column with its unit, such as force_V");
   }
   if (auto chosen = choose_taxels(); !chosen) return chosen;
   const std::string extra = listed_extra_columns();
@@ -175,25 +190,29 @@ std::string TraceReader::listed_extra_columns() const {
 }
 
 Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
-  const auto is_name = [&](const Column& other) { return other.name == name; };
+  auto column = column_named(name);
+  if (!column) return Unexpected<SetupError>(column.error());
+  const auto is_name = [&](const Column& other) { return other.name == column->name; };
   if (std::any_of(columns_.begin(), columns_.end(), is_name)) {
     return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
   }
-  Column column = column_named(name);
-  if (column.kind == Kind::kExtra || has(column.kind)) {
-    add_extra_column(name);
+  if (column->kind == Kind::kExtra || has(column->kind)) {
+    if (column->kind != Kind::kExtra) *column = {.name = name};
+    add_extra_column(std::move(*column));
     return {};
   }
-  channels_ |= kColumnChannels[static_cast<std::size_t>(column.kind)];
-  columns_.push_back(std::move(column));
+  channels_ |= kColumnChannels[static_cast<std::size_t>(column->kind)];
+  columns_.push_back(std::move(*column));
   return {};
 }
 
-void TraceReader::add_extra_column(const std::string& name) {
+void TraceReader::add_extra_column(Column column) {
   const bool kept = extra_columns_.size() < ProbeColumns::kMostFurther;
-  columns_.push_back({.kind = kept ? Kind::kExtra : Kind::kIgnored, .name = name});
+  column.kind = kept ? Kind::kExtra : Kind::kIgnored;
+  columns_.push_back(column);
   (kept ? extra_columns_ : ignored_columns_)
-      .push_back(printable_text(name.empty() ? "column_" + std::to_string(columns_.size()) : name));
+      .push_back(printable_text(column.name.empty() ? "column_" + std::to_string(columns_.size())
+                                                    : column.name));
 }
 
 /// Takes pressures as the taxels of an array if there are more of them than further columns.
@@ -215,10 +234,10 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
   for (Column& column : std::exchange(columns_, {})) {
     if (pressure(column)) {
       taxels_.push_back(column.name);
-      column.factor = csv_column_named(column.name)->factor;
+      column.factor *= csv_column_named(column.name)->factor;
       column.kind = Kind::kTaxel;
     } else if (column.kind == Kind::kExtra || column.kind == Kind::kIgnored) {
-      add_extra_column(column.name);
+      add_extra_column(std::move(column));
       continue;
     }
     columns_.push_back(std::move(column));
@@ -275,11 +294,14 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
   std::size_t extra = 0;
   const std::span<double> further = places.further_in(row);
   auto pressure = places.taxels_in(row).begin();
+  gaps_.resize(taxels_.size());
+  auto gap = gaps_.begin();
   for (const Column& column : columns_) {
     const std::string_view field = take_field(rest);
     if (column.kind == Kind::kIgnored) continue;
     if (column.kind == Kind::kTaxel) {
-      const double kPa = parse_number(field).value_or(0.0) * column.factor;
+      const double value = parse_number(field).value_or(std::nan(""));
+      const double kPa = gap++->take(value) * column.factor;
       // In single precision, as the records of pressures are.
       *pressure++ = kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa
                         ? static_cast<double>(static_cast<float>(kPa))
@@ -287,7 +309,7 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
       continue;
     }
     if (column.kind == Kind::kExtra) {
-      further[extra] = extra_value(field, extra);
+      further[extra] = extra_value(field, extra) * column.factor;
       ++extra;
       continue;
     }

@@ -9,10 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/contact/taxel_gap.hpp"
 #include "core/expected.hpp"
 #include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
 
@@ -20,14 +22,18 @@ namespace merkel {
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
 /// `depth_um`. Up to ProbeColumns::kMostFurther further columns are kept; readings of several
 /// probes are named like thumb_N, and need neither depth nor force. More pressures than that are
-/// the taxels of a tactile array. Lines that begin with '#' are comments. Times are strictly
-/// increasing, to the nanosecond; every value is finite. A comment `# valid_for_s=0.05` sets the
-/// validity of the samples after it (ProbeSample::valid_for); the comments of TimeBase::facts()
-/// before the header hold the start of the run that recorded it. Streams: memory is bounded.
+/// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin
+/// with '#' are comments. Times are strictly increasing, to the nanosecond; every value is finite.
+/// A comment `# valid_for_s=0.05` sets the validity of the samples after it
+/// (ProbeSample::valid_for); the comments of TimeBase::facts() before the header hold the start of
+/// the run that recorded it. Streams: memory is bounded.
 class TraceReader {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
-  [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path);
+  /// \param factors  of columns in volts or counts; a force, depth or position without its own is
+  /// refused, and so are factors that no column has
+  [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path,
+                                                              UnitFactors factors = {});
 
   /// ProbeSample::Channel bits of every sample.
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
@@ -63,9 +69,10 @@ class TraceReader {
     Kind kind = Kind::kExtra;
     std::string name;     ///< as in the header
     int shift = 0;        ///< to ns, mm or mN: power of ten of its unit,
-    double factor = 1.0;  ///< and what is not a power of ten
+    double factor = 1.0;  ///< and what is not a power of ten; of an extra column: to its unit
   };
-  explicit TraceReader(LineReader lines) : lines_(std::move(lines)) {}
+  TraceReader(LineReader lines, UnitFactors factors)
+      : lines_(std::move(lines)), factors_(std::move(factors)) {}
   Expected<void, SetupError> read_header();
   [[nodiscard]] Expected<bool, SetupError> next_row(ReadingHead& head, std::span<double> row);
   Expected<void, SetupError> parse_row(ReadingHead& head, std::span<double> row);
@@ -73,16 +80,19 @@ class TraceReader {
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
   [[nodiscard]] bool has(Kind kind) const noexcept;
-  void add_extra_column(const std::string& name);
+  void add_extra_column(Column column);
   Expected<void, SetupError> choose_taxels();
   [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
-  [[nodiscard]] static Column column_named(const std::string& name);
+  [[nodiscard]] Expected<Column, SetupError> column_named(const std::string& name);
 
   LineReader lines_;
+  UnitFactors factors_;
+  bool factors_used_ = false;
   std::vector<Column> columns_;
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;
   std::vector<std::string> taxels_;
+  std::vector<TaxelGap> gaps_;
   std::vector<std::string> notices_;
   bool told_of_text_ = false;
   std::uint32_t channels_ = 0;

@@ -90,19 +90,19 @@ Unexpected<SetupError> closed_while_opening(const FailedOpening& opening) {
                      "; check the host, the port and the protocol");
 }
 
-Expected<ProbeCalibration, SetupError> read_calibration_of_device(const std::string& file,
-                                                                  const std::string& serial_number,
-                                                                  std::uint32_t channels,
-                                                                  const ProbeCalibration* chosen) {
+Expected<ProbeCalibration, SetupError> read_calibration_of_device(
+    const std::string& file, const std::optional<std::string>& serial_number,
+    std::uint32_t channels, const ProbeCalibration* chosen) {
   ProbeCalibration calibration;
   if (!file.empty()) {
     auto read = read_calibration(file);
     if (!read) return Unexpected<SetupError>(read.error());
     calibration = std::move(*read);
-    if (!calibration.serial_number.empty() && calibration.serial_number != serial_number) {
+    if (serial_number && !calibration.serial_number.empty() &&
+        calibration.serial_number != *serial_number) {
       return bad_input("the calibration " + file + " belongs to the device with serial number " +
                        calibration.serial_number + ", but this one has " +
-                       (serial_number.empty() ? "none" : serial_number) +
+                       (serial_number->empty() ? "none" : *serial_number) +
                        ": calibrate this device, or plug in the other one");
     }
     for (std::size_t i = 0; i < calibration.channels.size(); ++i) {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,11 +46,12 @@ struct FailedOpening {
 
 /// Reads the calibration of a device and checks that it is for this one.
 /// \param file  empty: every channel as the device sends it
+/// \param serial_number  of the device; nothing: a recording, which has none
 /// \param channels  DeviceChannel bits that the device has
 /// \param chosen  the channels that a probe names: their gains and zeros are those of the file, and
 /// no other channels are used; null: none named
 [[nodiscard]] Expected<ProbeCalibration, SetupError> read_calibration_of_device(
-    const std::string& file, const std::string& serial_number, std::uint32_t channels,
-    const ProbeCalibration* chosen = nullptr);
+    const std::string& file, const std::optional<std::string>& serial_number,
+    std::uint32_t channels, const ProbeCalibration* chosen = nullptr);
 
 }  // namespace merkel

@@ -1,9 +1,13 @@
 #include "drivers/probes/device_output.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
+#include "drivers/printable_text.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
@@ -21,7 +25,11 @@ DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading,
   const std::span<double> kPa = columns.taxels_in(row);
   result.waiting = !taxels_->take(reading, kPa, result.notices);
   if (result.waiting) return result;
-  columns.put({.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce}, row);
+  result.absent = taxels_->out() == taxels_->size();
+  if (result.absent) return result;
+  ProbeSample sample{.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce};
+  if (taxels_->uncertain(kPa)) sample.set_doubts(ProbeSample::kZeroUncertain);
+  columns.put(sample, row);
   result.measured = true;
   result.saturated = reading.saturated;
   return result;
@@ -34,16 +42,22 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   if (tare_.pending()) {
     if (auto sentence = tare(reading)) result.notices.push_back(std::move(*sentence));
   }
-  const ProbeSample sample = calibration_.apply(reading);
+  ProbeSample sample = calibration_.apply(reading);
   const bool lacks = !plausible(sample);
-  if (lacks != lacks_value_ && !reading.named.empty()) {
+  if (lacks != lacks_value_ && (gone_ || !reading.named.empty())) {
     result.notices.push_back(info_.name +
                              (lacks ? " has no value, or an impossible one: it is released until "
                                       "it has one; check its sensor"
                                     : " has values again"));
   }
   lacks_value_ = lacks;
+  result.absent = !std::isfinite(sample.depth_mm + sample.force_mN + sample.x_mm + sample.y_mm);
+  if (result.absent && lack_.empty()) lack_ = "its channel had no value";
   if (lacks) return result;
+  gone_ = false;
+  if (std::exchange(tared_, false)) sample.touch = Touch::kTared;
+  result.outside = calibration_.is_outside(sample);
+  if (result.outside) sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
   columns.put(sample, row);
   const std::span<double> further = columns.further_in(row);
   for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];
@@ -55,7 +69,30 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
     saturation_again_ = reading.arrival + kSaturationPause;
   }
   saturated_ = result.saturated;
+  if (result.outside && !std::exchange(outside_noted_, true)) {
+    result.notices.push_back(info_.name + ": the press is outside the calibrated range of " +
+                             info_.calibration_file);
+  }
   return result;
+}
+
+std::optional<std::string> DeviceOutput::take_channels(std::span<const ChannelName> channels) {
+  std::string gone;
+  for (std::size_t i = 0; i < calibration_.channels.size(); ++i) {
+    const auto& channel = calibration_.channels[i];
+    if (!channel) continue;
+    const bool named = std::any_of(channels.begin(), channels.end(), [&](const ChannelName& each) {
+      return each.channel == channel->source;
+    });
+    if (named) continue;
+    gone +=
+        (gone.empty() ? "" : ", ") + (channel->name.empty() ? std::string(kSampleChannelNames[i])
+                                                            : printable_text(channel->name));
+  }
+  if (gone.empty()) return std::nullopt;
+  lacks_value_ = gone_ = true;
+  lack_ = "its device no longer names " + gone;
+  return info_.name + " is released: " + lack_ + "; it has " + listed_channels(channels);
 }
 
 /// Takes the mean of some readings as the new zero of force, or of depth without force.
@@ -73,6 +110,7 @@ std::optional<std::string> DeviceOutput::tare(const DeviceReading& reading) {
     return info_.name + " was not tared: its readings are not finite";
   }
   channel->zero = *zero;
+  tared_ = true;
   // A large change may be a press, which a tare would take away from every later reading.
   const bool pressed = std::fabs(shift) > (force ? kPressed_N : kPressed_mm);
   const char* const unit = force ? "N" : "mm";

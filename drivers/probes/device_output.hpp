@@ -22,7 +22,9 @@ class DeviceOutput {
   struct Result {
     bool measured = false;  ///< its row is set; if not, a value is missing or impossible,
     bool waiting = false;   ///< or the zero of the array is being measured
+    bool absent = false;    ///< the device had no value
     bool saturated = false;
+    bool outside = false;                   ///< of the range of its calibration
     std::vector<std::string> notices = {};  ///< for the user
   };
 
@@ -33,12 +35,19 @@ class DeviceOutput {
         further_(std::move(further)) {}
 
   /// A tactile array.
-  DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels, double area_mm2)
-      : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), area_mm2) {}
+  DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels,
+               const ProbeChannels::Taxels& array)
+      : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), array) {}
 
   /// Thread: any.
   [[nodiscard]] const ProbeInfo& info() const noexcept { return info_; }
   [[nodiscard]] const ProbeCalibration& calibration() const noexcept { return calibration_; }
+  /// Why it had no value, or its array some; empty: it had.
+  [[nodiscard]] const std::string& lack() const noexcept {
+    return taxels_ ? taxels_->lack() : lack_;
+  }
+  /// Takes what the device has from now on. \return a sentence, if it lacks what the probe needs
+  [[nodiscard]] std::optional<std::string> take_channels(std::span<const ChannelName> channels);
   /// Thread: any.
   void request_tare() noexcept { taxels_ ? taxels_->request_tare() : tare_.make(); }
 
@@ -57,8 +66,12 @@ class DeviceOutput {
   std::optional<TaxelReadings> taxels_;
   TareRequest tare_;
   bool lacks_value_ = false;
+  bool tared_ = false;  ///< since the last sample
+  bool gone_ = false;   ///< the device no longer names what it needs
+  std::string lack_;
   bool saturated_ = false;
   std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
+  bool outside_noted_ = false;
 };
 
 }  // namespace merkel

@@ -37,6 +37,7 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
   settings.calibration = options.text("calibration", "");
+  settings.sync = options.text("sync", "");
   // A board that resets when its port is opened is silent until it has booted.
   const bool boots = uri.scheme == "serial" && !options.given("timeout_ms");
   settings.silence = milliseconds{options.whole("timeout_ms", 2000, 100, 60'000)};
@@ -111,6 +112,7 @@ Expected<void, SetupError> DeviceProbe::listen() {
     }
     judge_quality();
     stream_.readings.clear();
+    stream_.edges.clear();
     times_.set_wrap(protocol_->clock_wrap());
     times_.observe(std::exchange(stream_.exchanges, {}));
   }
@@ -135,6 +137,9 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   const auto refuse = [&](const std::string& why) {
     return bad_input("\"" + settings_.uri + "\": " + why);
   };
+  auto lines = SyncLines::choose(settings_.sync, names);
+  if (!lines) return refuse(lines.error());
+  sync_lines_ = std::move(*lines);
   const std::vector<ProbeChannels> parts =
       settings_.parts.empty() ? std::vector<ProbeChannels>(1) : settings_.parts;
   std::vector<std::string> files = settings_.calibrations;
@@ -150,7 +155,10 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const ProbeChannels& wanted = parts[i];
     if (wanted.taxels) {
-      if (!files[i].empty()) {
+      // The factors of its columns are in effect already.
+      const auto file = files[i].empty() ? ProbeCalibration{} : read_calibration(files[i]);
+      if (!file) return Unexpected<SetupError>(file.error());
+      if (file->has_channels()) {
         return refuse("a tactile array measures its zero itself: remove its calibration");
       }
       auto channels = taxel_channels(names, wanted.taxels->prefix);
@@ -162,7 +170,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
       info.name += ", " + std::to_string(channels.size()) + " taxels";
       info.channels = ProbeSample::kForce;
       info.taxels = channels.size();
-      outputs_.emplace_back(std::move(info), std::move(channels), wanted.taxels->area_mm2);
+      outputs_.emplace_back(std::move(info), std::move(channels), *wanted.taxels);
       continue;
     }
     const auto chosen = wanted.among(names);
@@ -176,6 +184,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
       info.name += ", " + names_of_channels(*chosen);
     }
     info.calibration_file = files[i];
+    info.calibrated = calibration->channels_of_file();
     info.channels = calibration->sample_channels();
     info.calibration = calibration_text(*calibration, "of " + info.name);
     std::vector<DeviceChannel> further;
@@ -217,6 +226,7 @@ bool DeviceProbe::exchange(Time until) {
   const Time end = wake ? std::min(until, *wake) : until;
   const auto count = transport_->read(buffer_, std::max(end - now(), Time{0}));
   const Time arrival = now();
+  follow_restarts(arrival);
   if (!count) return false;
   if (*count > 0) {
     const auto bytes = std::span<const std::uint8_t>(buffer_).first(*count);
@@ -237,6 +247,19 @@ bool DeviceProbe::exchange(Time until) {
     stream_.rejected = port.newest_rejected;
   }
   return send();
+}
+
+/// A port whose buffer was full has lost data and begins anew.
+void DeviceProbe::follow_restarts(Time time) {
+  const std::uint64_t restarts = transport_->info().restarts;
+  if (restarts == counts_.overruns) return;
+  counts_.overruns = restarts;
+  overran_ = true;
+  protocol_->begin(time, stream_);
+  log_.opened(time);
+  notice(name_ +
+         " has lost readings: its buffer was full, because this machine did not read it in time; "
+         "it is started anew");
 }
 
 std::string DeviceProbe::expected() const {
@@ -261,6 +284,7 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, millisec
   } while (ready_->empty() && now() < until);
   publish();
   readings.clear();
+  std::swap(readings.edges(), edges_);
   const std::size_t count = std::min(readings.room(), ready_->size() - next_ready_);
   readings.add(*ready_, next_ready_, count);
   next_ready_ += count;
@@ -275,6 +299,9 @@ void DeviceProbe::clear_ready() {
 
 /// Input from the time without a reader is out of date.
 void DeviceProbe::discard_old_input() {
+  constexpr milliseconds kSlowDiscard{10};
+  constexpr std::chrono::microseconds kSlowRead{500};  ///< on average
+  const Time begun = now();
   // On a network, each read returns one datagram: read as many as a socket can hold.
   for (std::size_t reads = 0; reads < 4096; ++reads) {
     const auto bytes = stream_.counts.bytes;
@@ -283,8 +310,14 @@ void DeviceProbe::discard_old_input() {
       break;
     }
     if (stream_.counts.bytes == bytes) break;
+    // Reads so slow that each finds input that came meanwhile would never end.
+    const Time elapsed = now() - begun;
+    const bool whole = stream_.counts.bytes - bytes >= buffer_.size();
+    const auto slow = kSlowRead * static_cast<std::int64_t>(reads + 1);
+    if (!whole && elapsed > kSlowDiscard && elapsed > slow) break;
   }
   stream_.readings.clear();
+  stream_.edges.clear();
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
   stream_.counts.without_value = stream_.counts.reordered = 0;
   stream_.rejected.clear();
@@ -339,6 +372,12 @@ void DeviceProbe::take_readings() {
   times_.set_wrap(protocol_->clock_wrap());
   times_.observe(std::exchange(stream_.exchanges, {}));
   std::vector<DeviceReading> readings = std::exchange(stream_.readings, {});
+  if (std::exchange(stream_.columns_changed, false)) {
+    const std::vector<ChannelName> channels = protocol_->channel_names();
+    for (DeviceOutput& output : outputs_) {
+      if (const auto sentence = output.take_channels(channels)) notice(*sentence);
+    }
+  }
   judge_quality();
   if (!quality_.trusted()) {
     counts_.withheld += readings.size();
@@ -352,8 +391,28 @@ void DeviceProbe::take_readings() {
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
   for (const std::string& sentence : times_.take_notices()) notice(name_ + ": " + sentence);
-  for (std::size_t i = 0; i < readings.size(); ++i) deliver(readings[i], times[i]);
-
+  const auto period = protocol_->period();
+  if (overran_ && period && !readings.empty()) {
+    const std::int64_t missed = (times.front() - last_time_ - *period / 2) / *period;
+    readings.front().lost +=
+        static_cast<std::uint32_t>(std::clamp<std::int64_t>(missed, 0, 1U << 31U));
+    stream_.counts.lost += readings.front().lost;
+    overran_ = false;
+  }
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    sync_lines_.take(readings[i], times[i], edges_);
+    deliver(readings[i], times[i]);
+  }
+  for (const DeviceEdge& edge : std::exchange(stream_.edges, {})) {
+    if (!started_ || wrong_device_reported_) continue;
+    edges_.push_back({.time = times_.of_edge(edge.device_time, edge.arrival),
+                      .line = edge.line,
+                      .level = static_cast<std::uint16_t>(edge.high ? 1 : 0)});
+  }
+  if (edges_.size() > 1) {
+    std::stable_sort(edges_.begin(), edges_.end(),
+                     [](const SyncEdge& a, const SyncEdge& b) { return a.time < b.time; });
+  }
   const Time time = now();
   if (stream_.counts.frames != frames_at_last_sense_) {
     frames_at_last_sense_ = stream_.counts.frames;
@@ -399,7 +458,9 @@ void DeviceProbe::judge_quality() {
 bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
-  const bool lacking = (protocol_->channels() & opened_channels_) != opened_channels_;
+  // Of a device that names its channels, each probe looks for its own.
+  const bool lacking = protocol_->channel_names().empty() &&
+                       (protocol_->channels() & opened_channels_) != opened_channels_;
   if ((other || lacking) && !wrong_device_reported_) {
     notice(
         other
@@ -418,8 +479,10 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   const std::uint32_t sequence = sequence_++;
   if (last_time_.count() != 0) time = std::max(time, last_time_ + Time{1});
   std::uint64_t refused = 0;
+  std::uint64_t absent = 0;
   bool measured = false;
   bool saturated = false;
+  bool outside = false;
   const std::span<double> row =
       ready_->add({.time = time, .arrival = reading.arrival, .sequence = sequence});
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
@@ -428,16 +491,21 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     for (const std::string& sentence : result.notices) notice(sentence);
     if (!result.measured) columns.put_nothing(row);
     if (!result.measured && !result.waiting) ++refused;
+    if (result.absent) ++absent;
     measured = measured || result.measured;
     saturated = saturated || result.saturated;
+    outside = outside || result.outside;
   }
   if (!measured) ready_->resize(ready_->size() - 1);
   stream_.counts.refused += refused;
+  stream_.counts.without_value += absent;
   if (refused > 0) stream_.rejected = stream_.answer;
   if (refused == outputs_.size()) return;
   judged_.refused += refused;  // one sensor of several without a value is no damaged stream
+  judged_.without_value += absent;
   last_time_ = time;
   if (saturated) ++counts_.saturated;
+  if (outside) ++counts_.outside_calibration;
   if (first_reading_.count() == 0) first_reading_ = reading.arrival;
   ++counts_.readings;
   counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /
@@ -467,6 +535,8 @@ void DeviceProbe::publish() {
   const Time present_outage = connected_ ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
+  lacks_.resize(outputs_.size());
+  for (std::size_t i = 0; i < outputs_.size(); ++i) lacks_[i] = outputs_[i].lack();
   published_.outage_ns += static_cast<std::uint64_t>(present_outage.count());
 }
 
@@ -475,6 +545,7 @@ ProbeStatus DeviceProbe::status() const {
                      .calibration = &outputs_.front().calibration()};
   const std::scoped_lock lock(mutex_);
   status.device = published_;
+  status.lacks = lacks_;
   return status;
 }
 

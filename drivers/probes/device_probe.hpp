@@ -18,6 +18,7 @@
 #include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/reading_times.hpp"
 #include "drivers/probes/stream_quality.hpp"
+#include "drivers/probes/sync_lines.hpp"
 #include "drivers/protocols/protocol.hpp"
 #include "drivers/transports/transport.hpp"
 #include "drivers/uri.hpp"
@@ -35,6 +36,7 @@ class DeviceProbe final : public Probe {
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;                ///< file; empty: none
     std::vector<std::string> calibrations;  ///< of each probe that it feeds, instead
+    std::string sync;                       ///< its sync lines: SyncLines::choose()
     std::chrono::milliseconds silence{2000};
     StreamQuality::Parameters quality;
     std::chrono::milliseconds boot{0};  ///< further patience for the first byte
@@ -83,6 +85,7 @@ class DeviceProbe final : public Probe {
   void disconnected(Time now);
   bool connect_again(Time until);
   void discard_old_input();
+  void follow_restarts(Time now);
   void take_readings();
   void deliver(const DeviceReading& reading, Time time);
   void clear_ready();
@@ -100,6 +103,8 @@ class DeviceProbe final : public Probe {
   std::deque<DeviceOutput> outputs_;  ///< at least one
   std::vector<ProbeInfo> infos_;      ///< of each
   ReadingTimes times_;
+  SyncLines sync_lines_;
+  std::vector<SyncEdge> edges_;  ///< not delivered yet
   DeviceStream stream_;
   StreamQuality quality_;
   ProtocolCounts judged_;  ///< the counts up to which quality_ has judged
@@ -110,9 +115,10 @@ class DeviceProbe final : public Probe {
   std::optional<Readings> ready_;         ///< set with outputs_
   std::size_t next_ready_ = 0;            ///< those before it are delivered
 
-  std::string opened_serial_number_;  ///< as reported by the protocol
-  std::uint32_t opened_channels_ = 0;
+  std::string opened_serial_number_;
+  std::uint32_t opened_channels_ = 0;  ///< as reported by the protocol
   bool wrong_device_reported_ = false;
+  bool overran_ = false;  ///< the readings lost by that are not counted yet
   bool started_ = false;
   std::atomic<bool> connected_{true};
   Time lost_since_{0};
@@ -129,7 +135,8 @@ class DeviceProbe final : public Probe {
   DeviceCounts counts_;  ///< of the probe thread
   DeviceNotices notices_;
   mutable std::mutex mutex_;
-  DeviceCounts published_;  ///< guarded by mutex_
+  DeviceCounts published_;          ///< guarded by mutex_, as is
+  std::vector<std::string> lacks_;  ///< ProbeStatus::lacks
 };
 
 }  // namespace merkel

@@ -14,6 +14,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostWaiting = 100'000;
+constexpr std::size_t kLinesOfMember = 16;
 constexpr std::string_view kScheme = "fused:";
 
 constexpr std::array<std::pair<std::uint32_t, double ProbeSample::*>, 4> kFields = {
@@ -90,9 +91,9 @@ FusedProbe::~FusedProbe() {
 }
 
 void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
-  std::vector<ProbeSample> samples(256);
+  Readings readings = member.probe->readings(256);
   while (!stop.stop_requested()) {
-    const auto count = member.probe->read(samples, milliseconds{20});
+    const auto count = member.probe->read(readings, milliseconds{20});
     const std::scoped_lock lock(mutex_);
     if (!count) {
       member.ended = true;
@@ -101,7 +102,12 @@ void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
       return;
     }
     // Without a reader, the oldest samples are dropped.
-    for (std::size_t i = 0; i < *count; ++i) member.samples.push_back(samples[i]);
+    for (std::size_t i = 0; i < *count; ++i) {
+      if (const auto sample = readings.sample(i)) member.samples.push_back(*sample);
+    }
+    if (member.edges.size() < kMostWaiting) {
+      member.edges.insert(member.edges.end(), readings.edges().begin(), readings.edges().end());
+    }
     while (member.samples.size() > kMostWaiting) member.samples.pop_front();
     if (*count > 0) more_.notify_one();
   }
@@ -155,7 +161,14 @@ Expected<std::size_t, ProbeError> FusedProbe::read(Readings& readings, milliseco
       sample.arrival = std::chrono::steady_clock::now().time_since_epoch();
       readings.add_sample(sample);
     }
-    if (!readings.empty()) return readings.size();
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      for (SyncEdge edge : std::exchange(members_[i].edges, {})) {
+        // Each member numbers its lines from 1.
+        edge.line = static_cast<std::uint16_t>(edge.line + i * kLinesOfMember);
+        readings.edges().push_back(edge);
+      }
+    }
+    if (!readings.empty() || !readings.edges().empty()) return readings.size();
     if (members_[0].ended && first.empty()) {
       return Unexpected<ProbeError>(members_[0].error_message.empty() ? ProbeError::kEndOfStream
                                                                       : ProbeError::kDisconnected);

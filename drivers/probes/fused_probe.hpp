@@ -56,6 +56,7 @@ class FusedProbe final : public Probe {
     std::unique_ptr<Probe> probe;
     std::uint32_t fills = 0;  ///< channels that it provides
     std::deque<ProbeSample> samples;
+    std::vector<SyncEdge> edges = {};
     bool ended = false;
     std::string error_message;
   };
@@ -66,7 +67,7 @@ class FusedProbe final : public Probe {
 
   ProbeInfo info_;
   std::vector<Member> members_;
-  mutable std::mutex mutex_;  ///< guards samples, ended and error_message of the members
+  mutable std::mutex mutex_;  ///< guards samples, edges, ended and error_message of the members
   std::condition_variable more_;
   std::vector<std::jthread> threads_;
 };

@@ -23,6 +23,11 @@ LiveProbe::LiveProbe(std::unique_ptr<Probe> recording)
   info_.replayed = false;
 }
 
+void LiveProbe::take_edges(Readings& readings) {
+  std::swap(readings.edges(), ahead_.edges());
+  for (SyncEdge& edge : readings.edges()) edge.time += shift_.value_or(std::chrono::nanoseconds{0});
+}
+
 Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
                                                   std::chrono::milliseconds patience) {
   readings.clear();
@@ -30,7 +35,10 @@ Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
     next_ = 0;
     const auto count = ForwardingProbe::read(ahead_, patience);
     if (!count) ahead_.clear();
-    if (!count || *count == 0) return count;
+    if (!count || *count == 0) {
+      take_edges(readings);
+      return count;
+    }
   }
   if (!shift_) shift_ = now() - ahead_.head(0).time;
   const auto first_taken = ahead_.head(next_).time + *shift_;
@@ -44,6 +52,7 @@ Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
     ++next_;
   }
   readings.add(ahead_, first, next_ - first);
+  take_edges(readings);
   for (ReadingHead& head : readings.heads()) {
     head.time += *shift_;
     head.arrival = arrival;

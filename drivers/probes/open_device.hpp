@@ -35,6 +35,12 @@ namespace merkel {
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri,
                                                                            const DeviceUri& device);
 
+/// Opens comedi:/dev/comedi0?channels=0,1&columns=force_V,position_V&rate_hz=10000&range=-5:5&
+/// reference=ground|common|differential|other, the analog inputs of a data-acquisition card.
+/// Defined only if merkel was built with comedilib (MERKEL_WITH_COMEDI).
+[[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_comedi_device(
+    const Uri& uri, const DeviceUri& device);
+
 /// Opens redis:HOST:PORT?stream=NAME&fields=…, the entries of a Redis stream (RedisEntries).
 /// Defined only if merkel was built with hiredis (MERKEL_WITH_HIREDIS).
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(

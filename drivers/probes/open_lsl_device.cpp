@@ -16,16 +16,17 @@ namespace {
 /// The columns of the port's lines, in the form of the csv option `columns`, by the labels and
 /// units of the channels ("force", "N"). A channel that measures something else is "-". Several
 /// channels of a unit have the names of their labels: "thumb_N".
-std::string columns_of(const LslStream& stream) {
+std::string columns_of(const LslStream& stream, const UnitFactors& factors) {
   std::vector<std::string> names;
   std::vector<CsvField> labels;
   for (const LslStream::Channel& channel : stream.channels) {
     labels.push_back({.label = channel.label, .number = {}, .unit = channel.unit});
-    const std::string name = csv_column_of(labels.back());
+    std::string name = csv_column_of(labels.back());
+    if (name == "-") name = csv_own_name_of(labels.back(), factors);
     const bool measures = !name.empty() && name != "seq" && !name.starts_with("time");
     names.push_back(measures ? name : "-");
   }
-  tell_csv_columns_apart(names, labels);
+  tell_csv_columns_apart(names, labels, factors);
   std::string columns = "time_s";
   for (const std::string& name : names) columns += "," + name;
   return columns;
@@ -47,7 +48,9 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri,
   if (columns != lines.options.end()) {
     columns->second.insert(0, "time_s,");
   } else {
-    lines.options.emplace("columns", columns_of(*stream));
+    UriOptions factor_options(uri);
+    const auto factors = UnitFactors::from(factor_options);
+    lines.options.emplace("columns", columns_of(*stream, factors.value_or(UnitFactors{})));
   }
   if (stream->rate_Hz > 0.0) {
     lines.options.try_emplace("rate_hz", shortest_decimal(stream->rate_Hz));
@@ -61,7 +64,8 @@ Expected<std::unique_ptr<Probe>, SetupError> open_lsl_device(const Uri& uri,
   }
   auto protocol = make_csv_lines(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  if (!protocol && uri.options.contains("columns")) {
+  const bool lacks_factor = !protocol && !UnitFactors::key_in(protocol.error().sentence).empty();
+  if (!protocol && (lacks_factor || uri.options.contains("columns"))) {
     return bad_input("\"" + uri.text + "\": " + protocol.error().sentence);
   }
   if (!protocol) {

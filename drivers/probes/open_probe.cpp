@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/parameters/parameter_error.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/files/example_file.hpp"
 #include "drivers/lsl_library.hpp"
 #include "drivers/probes/fused_probe.hpp"
 #include "drivers/probes/live_probe.hpp"
@@ -13,6 +16,7 @@
 #include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -43,19 +47,52 @@ Expected<std::unique_ptr<Probe>, SetupError> played(
   return std::make_unique<LiveProbe>(std::move(*probe));
 }
 
+/// The calibration files of its probes; empty: none.
+std::vector<std::string> calibrations_of(const Uri& uri, const DeviceUri& device) {
+  std::vector<std::string> files = device.calibrations;
+  if (std::all_of(files.begin(), files.end(), [](const auto& file) { return file.empty(); })) {
+    files.clear();
+  }
+  const auto option = uri.options.find("calibration");
+  if (option != uri.options.end() && !option->second.empty()) files.push_back(option->second);
+  return files;
+}
+
+/// The factors in calibration files count as options of the URI.
+Expected<void, SetupError> add_unit_factors(Uri& uri, const DeviceUri& device) {
+  for (const std::string& file : calibrations_of(uri, device)) {
+    if (file.empty()) continue;
+    const auto calibration = read_calibration(file);
+    if (!calibration) return Unexpected<SetupError>(calibration.error());
+    for (const auto& [key, factor] : calibration->factors) {
+      const auto [option, added] = uri.options.emplace(key, shortest_decimal(factor));
+      if (added || option->second == shortest_decimal(factor)) continue;
+      return bad_input("\"" + uri.text + "\": the calibration " + file + " has another " + key +
+                       ": keep one");
+    }
+  }
+  return {};
+}
+
 /// A recording or a simulated press: one or several probes are fed by its columns.
 Expected<std::unique_ptr<Probe>, SetupError> recorded(
     const Uri& uri, const DeviceUri& device,
     Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
-  if (std::any_of(device.calibrations.begin(), device.calibrations.end(),
-                  [](const std::string& file) { return !file.empty(); })) {
+  Uri recording = uri;
+  const auto given = recording.options.extract("calibration");
+  std::vector<std::string> files = calibrations_of(uri, device);
+  const bool in_units =
+      std::none_of(recording.options.begin(), recording.options.end(),
+                   [](const auto& each) { return UnitFactors::is_key(each.first); });
+  if (!files.empty() && in_units) {
     return bad_input(
         "\"" + uri.text +
-        "\": a recording or simulation has no calibration: remove the key calibration");
+        "\": a simulation or a recording in N and mm has no calibration: remove it; the calibration "
+        "of a trace in volts or counts has a key such as force_N_per_V");
   }
-  auto probe = played(uri, open);
+  auto probe = played(recording, open);
   if (!probe) return probe;
-  return RecordedOutputs::split(std::move(*probe), device.parts);
+  return RecordedOutputs::split(std::move(*probe), device.parts, std::move(files));
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
@@ -67,7 +104,13 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   }
   auto uri = Uri::parse(text);
   if (!uri) return Unexpected<SetupError>(uri.error());
-  if (uri->scheme == "replay") return recorded(*uri, device, ReplayProbe::open);
+  if (auto added = add_unit_factors(*uri, device); !added) {
+    return Unexpected<SetupError>(added.error());
+  }
+  if (uri->scheme == "replay") {
+    uri->path = path_or_example(Example::kTrace, uri->path);
+    return recorded(*uri, device, ReplayProbe::open);
+  }
   if (uri->scheme == "sim") {
     return recorded(*uri, device, uri->path == "pad" ? PadProbe::open : SimProbe::open);
   }
@@ -75,6 +118,15 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri, device);
   if (uri->scheme == "hid") return open_hid_device(*uri, device);
   if (uri->scheme == "usb") return open_usb_device(*uri, device);
+  if (uri->scheme == "comedi") {
+#ifdef MERKEL_WITH_COMEDI
+    return open_comedi_device(*uri, device);
+#else
+    return bad_input("\"" + uri->text +
+                     "\": this merkel was built without comedilib: install libcomedi-dev, then "
+                     "configure and build merkel again");
+#endif
+  }
   if (uri->scheme == "redis") {
 #ifdef MERKEL_WITH_HIREDIS
     return open_redis_device(*uri, device);
@@ -96,7 +148,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +
       "\"; the known ones are replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID, "
       "usb:VID:PID, udp:HOST:PORT?protocol=NAME, tcp:HOST:PORT?protocol=NAME, lsl:NAME, "
-      "redis:HOST:PORT?stream=NAME and fused:URI|URI");
+      "comedi:/dev/comedi0?columns=force_V, redis:HOST:PORT?stream=NAME and fused:URI|URI");
 }
 
 }  // namespace

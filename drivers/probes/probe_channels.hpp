@@ -30,6 +30,7 @@ struct ProbeChannels {
     std::size_t count = 0;
     double area_mm2 = 1.0;
     std::string prefix = {};
+    bool tracks = true;  ///< the zero of each taxel follows its drift; not in the text
   };
   std::optional<Taxels> taxels = {};
 
@@ -52,6 +53,9 @@ struct ProbeChannels {
 
 /// The names of a probe's channels: "thumb_N, thumb_mm".
 [[nodiscard]] std::string names_of_channels(const ProbeCalibration& calibration);
+
+/// The names of channels, at most twelve.
+[[nodiscard]] std::string listed_channels(std::span<const ChannelName> channels);
 
 /// Why a device with such a number of forces and pressures cannot feed an array; empty if it can.
 [[nodiscard]] std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted);

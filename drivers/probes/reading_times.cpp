@@ -62,6 +62,14 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
   return times;
 }
 
+std::chrono::nanoseconds ReadingTimes::of_edge(Time device_time, Time arrival) const {
+  if (!by_clock_) return arrival;
+  const Time device = clock_.unwrapped(device_time, arrival);
+  const auto mapped = rule_ == Rule::kDevice && start_ ? start_->second + (device - start_->first)
+                                                       : clock_.estimate(device).value_or(arrival);
+  return std::min(mapped, arrival);
+}
+
 void ReadingTimes::restart() noexcept {
   clock_.restart();
   arrivals_.restart();
@@ -70,7 +78,7 @@ void ReadingTimes::restart() noexcept {
 
 void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times) {
   for (const DeviceReading& reading : readings) {
-    if (!reading.device_time) continue;
+    if (!reading.device_time || rule_ == Rule::kBuffered) continue;
     rates_.observe(clock_.unwrapped(*reading.device_time, reading.arrival), reading.arrival);
   }
   note_rates();
@@ -150,6 +158,10 @@ ReadingTimes::Checked ReadingTimes::check_host_time(const DeviceReading& reading
 ReadingTimes::Checked ReadingTimes::check(const DeviceReading& reading) {
   if (!reading.device_time) return {.arrival = reading.arrival, .good = false};
   if (rule_ == Rule::kHost) return check_host_time(reading);
+  if (rule_ == Rule::kBuffered) {
+    return {.device = clock_.observe(*reading.device_time, reading.arrival),
+            .arrival = reading.arrival};
+  }
   const Time device = clock_.unwrapped(*reading.device_time, reading.arrival);
   auto estimate = clock_.estimate(device);
   if (rule_ == Rule::kDevice && start_) estimate = start_->second + (device - start_->first);

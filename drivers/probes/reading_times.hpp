@@ -28,8 +28,10 @@ class ReadingTimes {
  public:
   /// Source of the times: the device's clock mapped to the host's; the device's clock unmapped,
   /// from the first reading on; the arrival; or the device's times as they are, because they are on
-  /// the host's clock already (they are mapped if the arrivals show that they are not).
-  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost };
+  /// the host's clock already (they are mapped if the arrivals show that they are not); or the
+  /// device's clock mapped without a check by the arrivals, because a late reader finds every
+  /// reading in the device's buffer.
+  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost, kBuffered };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
 
@@ -38,6 +40,10 @@ class ReadingTimes {
   void observe(std::span<const ClockExchange> exchanges);
   /// The times of the readings of a batch, in their order.
   [[nodiscard]] std::vector<std::chrono::nanoseconds> of(std::span<const DeviceReading> batch);
+  /// The host time of an edge that the device reports with a time of its clock; by its arrival, if
+  /// that clock is not used. Ask after the readings that arrived with it.
+  [[nodiscard]] std::chrono::nanoseconds of_edge(std::chrono::nanoseconds device_time,
+                                                 std::chrono::nanoseconds arrival) const;
   /// Fills in the counters of the clock and the uncertainty of the times.
   void describe(DeviceCounts& counts) const;
   /// Messages for the user since the last call.

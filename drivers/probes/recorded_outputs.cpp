@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/device_opening.hpp"
 #include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
@@ -23,9 +25,12 @@ constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels 
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
-    std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts) {
+    std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+    std::vector<std::string> calibrations) {
   const ProbeInfo whole = recording->info();
-  if (parts.empty()) return recording;
+  if (parts.empty() && calibrations.empty()) return recording;
+  parts.resize(std::max<std::size_t>(parts.size(), 1));
+  calibrations.resize(parts.size());
   const auto refuse = [&](const std::string& why) {
     return bad_input("\"" + whole.uri + "\": " + why);
   };
@@ -44,15 +49,18 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
                      .channel = named_channel(i),
                      .column = 0,
                      .force = column->force,
-                     .pressure = column->pressure});
+                     .pressure = column->pressure,
+                     .sync = column->sync});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
-  for (const ProbeChannels& wanted : parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const ProbeChannels& wanted = parts[i];
     Array array;
     if (wanted.taxels) {
       array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}
                                        : taxel_channels(names, wanted.taxels->prefix);
       array.area_mm2 = wanted.taxels->area_mm2;
+      array.gaps.resize(array.columns.size());
       const std::size_t count = whole.taxels > 0 ? whole.taxels : array.columns.size();
       if (const std::string why = wrong_taxels(count, *wanted.taxels); !why.empty()) {
         return refuse(why);
@@ -67,16 +75,23 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
       outputs->arrays_.push_back(std::move(array));
       continue;
     }
-    auto chosen = wanted.among(names);
+    const auto chosen = wanted.among(names);
     if (!chosen) return refuse(chosen.error());
+    auto calibration = read_calibration_of_device(calibrations[i], std::nullopt, bits,
+                                                  wanted.empty() ? nullptr : &*chosen);
+    if (!calibration) return Unexpected<SetupError>(calibration.error());
     outputs->arrays_.push_back(std::move(array));
     ProbeInfo info = whole;
-    info.uri += "#" + wanted.text();
-    info.name += ", " + names_of_channels(*chosen);
-    info.channels = chosen->sample_channels();
-    info.extra_columns.clear();
+    info.channels = calibration->sample_channels();
+    info.calibration_file = calibrations[i];
+    info.calibrated = calibration->channels_of_file();
+    if (!wanted.empty()) {
+      info.uri += "#" + wanted.text();
+      info.name += ", " + names_of_channels(*chosen);
+      info.extra_columns.clear();
+    }
     outputs->infos_.push_back(std::move(info));
-    outputs->calibrations_.push_back(std::move(*chosen));
+    outputs->calibrations_.push_back(std::move(*calibration));
   }
   return outputs;
 }
@@ -87,6 +102,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   if (next_ == waiting_.size()) {
     next_ = 0;
     const auto read = ForwardingProbe::read(waiting_, patience);
+    std::swap(readings.edges(), waiting_.edges());
     if (!read) waiting_.clear();
     if (!read || *read == 0) return read;
   }
@@ -105,20 +121,24 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
     const std::span<double> row = readings.add(waiting_.head(next_));
     for (std::size_t i = 0; i < infos_.size(); ++i) {
       const ProbeColumns& columns = readings.columns().of(i);
-      const ProbeSample sample = infos_[i].taxels > 0
-                                     ? array_sample(i, reading, next_, columns.taxels_in(row))
-                                     : calibrations_[i].apply(reading);
+      ProbeSample sample = infos_[i].taxels > 0
+                               ? array_sample(i, reading, next_, columns.taxels_in(row))
+                               : calibrations_[i].apply(reading);
+      if (calibrations_[i].is_outside(sample)) {
+        sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
+      }
       columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
+      if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }
   }
   return readings.size();
 }
 
-/// The sample of an array. Pressures that are missing, or no pressures, are 0.
+/// The sample of an array. Pressures that are out, or no pressures, are 0.
 /// \param from  of waiting_. \param kPa  gets the pressures, in single precision
 ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReading& reading,
-                                          std::size_t from, std::span<double> kPa) const {
-  const Array& array = arrays_[output];
+                                          std::size_t from, std::span<double> kPa) {
+  Array& array = arrays_[output];
   ProbeSample sample{.channels = ProbeSample::kForce};
   if (array.columns.empty()) {
     std::ranges::copy(waiting_.taxels(from), kPa.begin());
@@ -130,7 +150,7 @@ ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReadin
   }
   for (std::size_t i = 0; i < array.columns.size(); ++i) {
     const ChannelName& column = array.columns[i];
-    const double value = reading[column.channel];
+    const double value = array.gaps[i].take(reading[column.channel]);
     const double pressure = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
     const bool touched = pressure > 0.0 && pressure <= SampleLimits::kPressure_kPa;
     kPa[i] = touched ? static_cast<double>(static_cast<float>(pressure)) : 0.0;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/contact/taxel_gap.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probes/forwarding_probe.hpp"
 #include "drivers/probes/probe_channels.hpp"
@@ -16,8 +17,10 @@ namespace merkel {
 class RecordedOutputs final : public ForwardingProbe {
  public:
   /// \param parts  the columns of each probe (ProbeChannels); empty: the recording as it is
+  /// \param calibrations  a file for each probe; empty: none
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> split(
-      std::unique_ptr<Probe> recording, const std::vector<ProbeChannels>& parts);
+      std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+      std::vector<std::string> calibrations);
 
   [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return infos_; }
   using Probe::read;
@@ -31,7 +34,7 @@ class RecordedOutputs final : public ForwardingProbe {
         waiting_(columns_of(ForwardingProbe::outputs()), kAtOnce) {}
   static constexpr std::size_t kAtOnce = 256;
   [[nodiscard]] ProbeSample array_sample(std::size_t output, const DeviceReading& reading,
-                                         std::size_t from, std::span<double> kPa) const;
+                                         std::size_t from, std::span<double> kPa);
 
   std::vector<ProbeInfo> infos_;
   std::vector<ProbeCalibration> calibrations_;
@@ -39,6 +42,7 @@ class RecordedOutputs final : public ForwardingProbe {
   struct Array {
     std::vector<ChannelName> columns;
     double area_mm2 = 1.0;
+    std::vector<TaxelGap> gaps;
   };
   std::vector<Array> arrays_;
   std::vector<double> factors_;  ///< of the further columns, to N or mm; 0: neither

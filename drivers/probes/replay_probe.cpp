@@ -75,15 +75,21 @@ class TraceSource final : public SampleSource {
 };
 
 Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::string& path,
-                                                                std::int64_t probe) {
+                                                                std::int64_t probe,
+                                                                UnitFactors factors) {
   if (SessionSamples::is_session(path)) {
+    if (!factors.empty()) {
+      return bad_input(path +
+                       " is a session, whose samples are in N and mm: remove its calibration and "
+                       "keys such as force_N_per_V");
+    }
     return SessionSamples::open(path, static_cast<std::uint32_t>(probe));
   }
   if (probe > 0) {
     return bad_input(path + " is a trace, which contains only one probe: remove the option probe=" +
                      std::to_string(probe));
   }
-  auto reader = TraceReader::open(path);
+  auto reader = TraceReader::open(path, std::move(factors));
   if (!reader) return Unexpected<SetupError>(reader.error());
   return std::make_unique<TraceSource>(std::move(*reader));
 }
@@ -99,8 +105,10 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
   const auto chunk = options.whole("chunk", 256, 1, 1'000'000);
   const std::string use = options.word("use", "all", "all|depth|force");
   const auto probe = options.whole("probe", 0, 0, UINT16_MAX);
+  auto factors = UnitFactors::from(options);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto source = open_source(uri.path, probe);
+  if (!factors) return Unexpected<SetupError>(factors.error());
+  auto source = open_source(uri.path, probe, std::move(*factors));
   if (!source) return Unexpected<SetupError>(source.error());
   const std::uint32_t excluded = use == "depth"   ? std::uint32_t{ProbeSample::kForce}
                                  : use == "force" ? std::uint32_t{ProbeSample::kDepth}
@@ -148,7 +156,9 @@ void ReplayProbe::take_over(Readings& readings, std::size_t from) {
     ReadingHead& head = readings.head(i);
     if (valid_for_) head.valid_for = *valid_for_;
     ProbeSample sample = own.sample(head, readings.row(i));
+    const auto doubts = sample.doubts();
     sample.channels &= info_.channels;
+    sample.set_doubts(doubts);
     if (!sample.has(ProbeSample::kForce)) sample.force_mN = 0.0;
     if (!sample.has(ProbeSample::kDepth)) sample.depth_mm = 0.0;
     own.put(sample, readings.row(i));
@@ -184,13 +194,14 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(Readings& readings,
   const std::size_t wanted = std::min(readings.room(), chunk_);
   const std::size_t before = std::min(wanted, first_.size() - next_of_first_);
   readings.add(first_, next_of_first_, before);
+  std::swap(readings.edges(), first_.edges());
   next_of_first_ += before;
   if (before < wanted && error_message_.empty()) {
     const auto more = source_->read(readings, wanted - before);
     take_over(readings, before);
     if (!more) error_message_ = more.error().sentence;  // reported after the samples before it
   }
-  if (!readings.empty()) return readings.size();
+  if (!readings.empty() || !readings.edges().empty()) return readings.size();
   return Unexpected<ProbeError>(error_message_.empty() ? ProbeError::kEndOfStream
                                                        : ProbeError::kBadData);
 }

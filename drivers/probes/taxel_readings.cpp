@@ -18,7 +18,9 @@ constexpr int kZeroReadings = 20;
 constexpr int kFewestZeroReadings = 5;  ///< of a slow device, after
 constexpr std::chrono::milliseconds kLongestZero{1000};
 constexpr double kNoises = 5.0;  ///< a value that exceeds as many times the noise is a touch
-constexpr int kStuck = 500;      ///< equal readings of a taxel that has noise
+constexpr double kDrift_s =
+    20.0;                    ///< the largest drift is that of the noise threshold in this time
+constexpr int kStuck = 500;  ///< equal readings of a taxel that has noise
 constexpr std::size_t kMostNamed = 5;
 constexpr double kPressed_mN = 200.0;
 
@@ -40,10 +42,11 @@ std::string three_digits(double value) {
 
 }  // namespace
 
-TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels, double area_mm2)
-    : name_(std::move(name)), area_mm2_(area_mm2) {
+TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels,
+                             const ProbeChannels::Taxels& array)
+    : name_(std::move(name)), area_mm2_(array.area_mm2), tracks_(array.tracks) {
   for (ChannelName& channel : channels) {
-    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2 : 1.0;
+    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
     channels_.push_back({.channel = std::move(channel), .to_kPa = to_kPa});
   }
 }
@@ -70,24 +73,23 @@ void TaxelReadings::measure_zero(const DeviceReading& reading) {
 
 void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
   zero_known_ = true;
-  std::vector<std::string> absent;
   std::vector<std::string> constant;
   double noise2_kPa = 0.0;
   double moved_mN = 0.0;
   std::size_t noisy = 0;
   for (Taxel& taxel : channels_) {
     taxel.absent = taxel.count == 0;
-    if (taxel.absent) {
-      absent.push_back(taxel.channel.name);
-      continue;
-    }
+    if (taxel.absent) continue;
     const double mean = taxel.sum / taxel.count;
     const double noise = std::sqrt(std::max(0.0, taxel.sum2 / taxel.count - mean * mean));
     moved_mN += std::fabs(taxel.first + mean - taxel.zero) * taxel.to_kPa * area_mm2_;
     taxel.zero = taxel.first + mean;
     taxel.least = kNoises * noise;
     taxel.same = 0;
+    taxel.touching = false;
+    taxel.drift.reset();
     if (noise > 0.0) {
+      if (tracks_) taxel.drift.emplace(taxel.least, taxel.least / kDrift_s, true);
       ++noisy;
     } else {
       constant.push_back(taxel.channel.name);
@@ -105,7 +107,7 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
         "'view:8080?control=1'), by tare() of a Bridge in Python, or by starting again";
   }
   notices.push_back(std::move(sentence));
-  name_absent(absent, notices);
+  name_absent(notices);
   // If all are constant, the array rounds to its zero.
   if (!constant.empty() && constant.size() < noisy) {
     notices.push_back(
@@ -128,23 +130,48 @@ void TaxelReadings::watch(Taxel& taxel, double value) noexcept {
 void TaxelReadings::name_stuck(std::vector<std::string>& notices) {
   changed_ = false;
   std::vector<std::string> stuck;
-  std::vector<std::string> absent;
   for (const Taxel& taxel : channels_) {
     if (taxel.stuck) stuck.push_back(taxel.channel.name);
-    if (taxel.absent) absent.push_back(taxel.channel.name);
   }
   if (!stuck.empty()) {
     notices.push_back(name_ + ": " + names_of_taxels(stuck) +
                       " stopped changing: at the end of its range, or dead");
   }
-  name_absent(absent, notices);
+  name_absent(notices);
 }
 
-void TaxelReadings::name_absent(const std::vector<std::string>& absent,
-                                std::vector<std::string>& notices) const {
-  if (absent.empty()) return;
-  notices.push_back(name_ + ": no value from " + names_of_taxels(absent) +
+void TaxelReadings::name_absent(std::vector<std::string>& notices) {
+  std::vector<std::string> absent;
+  std::vector<std::string> unnamed;
+  for (Taxel& taxel : channels_) {
+    if (!taxel.absent) continue;
+    absent.push_back(taxel.channel.name);
+    if (!std::exchange(taxel.named, true)) unnamed.push_back(taxel.channel.name);
+  }
+  if (absent.size() > most_out_) {
+    most_out_ = absent.size();
+    lack_ = std::to_string(most_out_) + " of its " + std::to_string(channels_.size()) +
+            " taxels had no value (" + names_of_taxels(absent) + ")";
+  }
+  if (unnamed.empty()) return;
+  notices.push_back(name_ + ": no value from " + names_of_taxels(unnamed) +
                     ": taken as 0; check its wiring");
+}
+
+/// How far a value is above the zero of its taxel, which follows its drift.
+double TaxelReadings::above_zero(Taxel& taxel, double value,
+                                 std::chrono::nanoseconds time) noexcept {
+  const double above = value - taxel.zero;
+  if (!taxel.drift || !std::isfinite(value)) return above;
+  double zero = taxel.drift->follow(time, above);
+  if (!taxel.touching && above - zero > taxel.least) {
+    zero = taxel.drift->begin_contact();
+    taxel.touching = true;
+  } else if (taxel.touching && above - zero < 0.5 * taxel.least) {
+    taxel.drift->end_contact();
+    taxel.touching = false;
+  }
+  return above - zero;
 }
 
 bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
@@ -160,11 +187,13 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
     if (zeroed_ < kZeroReadings && !slow) return false;
     finish_zero(notices);
   }
+  out_ = 0;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     Taxel& taxel = channels_[i];
-    const double value = reading[taxel.channel.channel];
+    const double value = taxel.gap.take(reading[taxel.channel.channel]);
     watch(taxel, value);
-    const double above = value - taxel.zero;
+    if (taxel.absent) ++out_;
+    const double above = above_zero(taxel, value, reading.arrival);
     const double pressure = above * taxel.to_kPa;
     // Also false for NaN.
     const bool touched = above > taxel.least && pressure <= SampleLimits::kPressure_kPa;
@@ -178,6 +207,16 @@ double TaxelReadings::force_mN(std::span<const double> kPa) const noexcept {
   double sum = 0.0;
   for (const double pressure : kPa) sum += pressure;
   return sum * area_mm2_;
+}
+
+bool TaxelReadings::uncertain(std::span<const double> kPa) const noexcept {
+  double all = 0.0;
+  double doubtful = 0.0;
+  for (std::size_t i = 0; i < kPa.size(); ++i) {
+    all += kPa[i];
+    if (channels_[i].drift && channels_[i].drift->uncertain()) doubtful += kPa[i];
+  }
+  return doubtful > 0.5 * all;
 }
 
 std::vector<ChannelName> taxel_channels(std::span<const ChannelName> channels,

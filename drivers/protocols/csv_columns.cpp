@@ -10,6 +10,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/text_row.hpp"
 
 namespace merkel {
 
@@ -29,11 +30,28 @@ bool is_endless_number(std::string_view text) noexcept {
 constexpr int kMostRepeated = 1024;
 constexpr std::size_t kWorthShortening = 8;  ///< names in a row
 
-/// "taxel17_kPa" for "taxel_kPa" and 17.
-std::string numbered_column(std::string_view name, std::size_t number) {
-  const auto unit = std::min(name.rfind('_'), name.size());
-  return std::string(name.substr(0, unit)) + std::to_string(number) +
-         std::string(name.substr(unit));
+/// A name in a list of columns, "t:time_s" or "time_s".
+struct NamedCell {
+  std::string_view key;  ///< empty: none
+  std::string_view name;
+
+  explicit NamedCell(std::string_view text)
+      : key(text.substr(0, std::min(text.rfind(':'), text.size()))), name(text) {
+    if (key.size() == text.size()) {
+      key = {};
+    } else {
+      name.remove_prefix(key.size() + 1);
+    }
+  }
+  [[nodiscard]] std::string numbered(std::size_t number) const {
+    return (key.empty() ? "" : numbered_column(key, number) + ":") + numbered_column(name, number);
+  }
+};
+
+/// "sync", "sync1", "sync2", …
+bool is_sync_name(std::string_view name) noexcept {
+  return name.starts_with("sync") &&
+         std::all_of(name.begin() + 4, name.end(), [](char c) { return is_digit(c); });
 }
 
 /// Adds a name or, for "taxel_kPa*256", as many numbered ones. False if the number is wrong.
@@ -43,7 +61,6 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
     names.emplace_back(text);
     return true;
   }
-  const std::string_view name = text.substr(0, star);
   int count = 0;
   const auto [end, error] =
       std::from_chars(text.data() + star + 1, text.data() + text.size(), count);
@@ -51,18 +68,59 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
       count > kMostRepeated) {
     return false;
   }
-  for (int i = 1; i <= count; ++i)
-    names.push_back(numbered_column(name, static_cast<std::size_t>(i)));
+  const NamedCell cell(text.substr(0, star));
+  for (int i = 1; i <= count; ++i) names.push_back(cell.numbered(static_cast<std::size_t>(i)));
   return true;
+}
+
+/// "taxel_kPa" of "taxel1_kPa"; empty if it has not the number 1.
+std::string without_first_number(std::string_view name) {
+  const auto mark = std::min(name.rfind('_'), name.size());
+  if (mark == 0 || name[mark - 1] != '1') return {};
+  return std::string(name.substr(0, mark - 1)) + std::string(name.substr(mark));
+}
+
+/// Numbers the channels with names of their own in the order of their columns.
+void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
+  std::size_t next = 0;
+  for (CsvColumn& column : columns) {
+    if (column.kind == CsvColumn::Kind::kValue && is_named(column.channel)) {
+      column.channel = named_channel(next++);
+    }
+  }
+}
+
+/// The factor of a number that states its unit; empty: it is no unit of the column.
+std::optional<double> stated_factor(const CsvColumn& column, std::string_view unit) {
+  const auto stated = unit_named(unit);
+  const auto of_column = unit_named(column.name.substr(column.name.rfind('_') + 1));
+  if (!stated || !of_column || stated->quantity != of_column->quantity) return std::nullopt;
+  return column.factor * stated->factor / of_column->factor;
 }
 
 }  // namespace
 
-Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
+bool is_electrical_press(std::string_view name) {
+  const auto mark = name.rfind('_');
+  const auto unit = unit_named(mark == std::string_view::npos ? "" : name.substr(mark + 1));
+  const std::string quantity = csv_quantity_of(name.substr(0, mark));
+  return unit && unit->is_electrical() && !quantity.empty() && quantity != "-" &&
+         quantity != "seq" && quantity != "time";
+}
+
+Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
+                                                  const UnitFactors& factors) {
   if (name == "-") return CsvColumn{};
   if (name == "seq") return CsvColumn{.kind = CsvColumn::Kind::kSequence, .name = "seq"};
+  if (is_sync_name(name)) {
+    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+                     .name = std::string(name),
+                     .channel = named_channel(0),
+                     .force = false,
+                     .sync = true};
+  }
   const auto mark = name.rfind('_');
-  const std::string_view stem = name.substr(0, mark);
+  std::string_view stem = name.substr(0, mark);
   const std::string_view unit = mark == std::string_view::npos ? "" : name.substr(mark + 1);
   if (stem == "time") {
     for (const auto& [known, ns] : {std::pair<std::string_view, std::int64_t>{"s", 1'000'000'000},
@@ -76,12 +134,22 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     return Unexpected<std::string>("the unit of " + std::string(name) +
                                    " is unknown: time is in s, ms or us");
   }
+  auto measured = unit_named(unit);
+  std::string quantity;
+  if (measured && measured->is_electrical() && !stem.empty()) {
+    if (is_electrical_press(name)) stem = quantity = csv_quantity_of(stem);
+    const auto known = factors.of(stem, *measured);
+    if (!known) {
+      return Unexpected<std::string>(UnitFactors::missing(
+          name, *measured, !quantity.empty() && !quantity.starts_with("force")));
+    }
+    measured = known;
+  }
   for (std::size_t i = 0; i < kDeviceChannels; ++i) {
     if (stem != kDeviceChannelNames[i]) continue;
     const auto channel = static_cast<DeviceChannel>(i);
     const bool force = channel <= DeviceChannel::kForceZ;
-    const auto factor = force ? newtons_per(unit) : millimetres_per(unit);
-    if (!factor) {
+    if (!measured || measured->quantity != (force ? Quantity::kForce : Quantity::kLength)) {
       return Unexpected<std::string>("the unit of " + std::string(name) + " is unknown: " +
                                      (force ? "forces are in " + std::string(kForceUnits)
                                             : "lengths are in " + std::string(kLengthUnits)));
@@ -89,19 +157,16 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = channel,
-                     .factor = *factor,
+                     .factor = measured->factor,
                      .force = force};
   }
-  const auto newtons = newtons_per(unit);
-  const auto kilopascals = kilopascals_per(unit);
-  const auto factor = newtons ? newtons : (kilopascals ? kilopascals : millimetres_per(unit));
-  if (factor && !stem.empty()) {
+  if (measured && !measured->is_electrical() && !stem.empty()) {
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
-                     .factor = *factor,
-                     .force = newtons.has_value(),
-                     .pressure = kilopascals.has_value()};
+                     .factor = measured->factor,
+                     .force = measured->quantity == Quantity::kForce,
+                     .pressure = measured->quantity == Quantity::kPressure};
   }
   return Unexpected<std::string>("the column " + std::string(name) +
                                  " is unknown; the known ones are " + csv_column_names());
@@ -109,10 +174,11 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name) {
 
 std::string csv_column_names() {
   return "time_s, time_ms, time_us, seq, force_N, force_x_N, force_y_N, force_z_N, depth_mm, x_mm, "
-         "y_mm, z_mm, names of your own with a unit, such as thumb_N, and - to ignore a column; "
+         "y_mm, z_mm, sync (a sync line, 0 or 1), names of your own with a unit, such as thumb_N, and - to ignore a column; "
          "forces are in " +
          std::string(kForceUnits) + ", lengths in " + std::string(kLengthUnits) +
          ", pressures in " + std::string(kPressureUnits) +
+         "; or a column is in V, mV, uV or count, with a key such as force_N_per_V"
          "; taxel_kPa*256 is short for taxel1_kPa to taxel256_kPa";
 }
 
@@ -127,65 +193,115 @@ std::vector<std::string> csv_names_of(std::string_view names) {
 std::string csv_list_of(const std::vector<std::string>& names) {
   std::string list;
   for (std::size_t i = 0; i < names.size();) {
-    const auto mark = std::min(names[i].rfind('_'), names[i].size());
-    std::string stem = names[i];
+    const NamedCell first(names[i]);
+    const std::string key = without_first_number(first.key);
+    const std::string stem = without_first_number(first.name);
+    const std::string pattern = first.key.empty() ? stem : key + ":" + stem;
     std::size_t count = 0;
-    if (mark > 0 && names[i][mark - 1] == '1') {
-      stem.erase(mark - 1, 1);
+    if (!stem.empty() && first.key.empty() == key.empty()) {
       const std::size_t most = std::min<std::size_t>(names.size() - i, kMostRepeated);
-      while (count < most && names[i + count] == numbered_column(stem, count + 1)) ++count;
+      while (count < most && names[i + count] == NamedCell(pattern).numbered(count + 1)) ++count;
     }
     const bool shorten = count >= kWorthShortening;
-    list += (i == 0 ? "" : ",") + (shorten ? stem + "*" + std::to_string(count) : names[i]);
+    list += (i == 0 ? "" : ",") + (shorten ? pattern + "*" + std::to_string(count) : names[i]);
     i += shorten ? count : 1;
   }
   return list;
 }
 
-void number_named_channels(std::vector<CsvColumn>& columns) noexcept {
-  std::size_t next = 0;
-  for (CsvColumn& column : columns) {
-    if (column.kind == CsvColumn::Kind::kValue && is_named(column.channel)) {
-      column.channel = named_channel(next++);
-    }
-  }
+bool same_quantity(const CsvColumn& a, const CsvColumn& b) {
+  if (a.kind != b.kind || a.kind == CsvColumn::Kind::kSkip) return false;
+  if (a.kind != CsvColumn::Kind::kValue) return true;
+  if (is_named(a.channel) != is_named(b.channel)) return false;
+  if (!is_named(a.channel)) return a.channel == b.channel;
+  const auto stem = [](const std::string& name) {
+    return std::string_view(name).substr(0, name.rfind('_'));
+  };
+  return a.force == b.force && a.pressure == b.pressure && a.sync == b.sync &&
+         stem(a.name) == stem(b.name);
 }
 
-std::vector<std::string> csv_columns_of_header(std::string_view line, char separator) {
+std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns) {
+  std::vector<ChannelName> names;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    const CsvColumn& column = columns[i];
+    if (column.kind != CsvColumn::Kind::kValue) continue;
+    names.push_back({.name = column.name,
+                     .channel = column.channel,
+                     .column = i + 1,
+                     .force = column.force,
+                     .pressure = column.pressure,
+                     .sync = column.sync});
+  }
+  return names;
+}
+
+std::vector<std::string> csv_cells_of(std::string_view line, char separator) {
+  std::vector<std::string> cells;
+  while (!line.empty()) cells.emplace_back(take_csv_part(line, separator));
+  return cells;
+}
+
+std::vector<std::string> csv_columns_of_header(const std::vector<std::string>& cells,
+                                               const UnitFactors& factors) {
   std::vector<CsvField> headings;
   std::vector<std::string> names;
   bool measures = false;
   std::size_t own_names = 0;
-  for (std::string_view rest = line; !rest.empty();) {
-    const std::string_view cell = take_csv_part(rest, separator);
-    const auto exact = csv_column_named(cell);
+  for (const std::string& cell : cells) {
+    const auto exact = csv_column_named(cell, factors);
     const CsvField heading = parse_csv_heading(cell);
     const std::string quantity = csv_quantity_of(heading.label);
     std::string name = "-";
-    if (exact && !(exact->kind == CsvColumn::Kind::kValue && is_named(exact->channel))) {
+    if (exact &&
+        (exact->sync || exact->kind != CsvColumn::Kind::kValue || !is_named(exact->channel))) {
       name = cell;
     } else if (quantity != "-" && quantity != "seq") {
       name = csv_column_of(heading);
     } else if (quantity == "seq" && heading.unit.empty()) {
       name = "seq";
     } else if (!heading.label.empty()) {
-      name = csv_own_name_of(heading);
+      name = csv_own_name_of(heading, factors);
       if (name != "-") ++own_names;
     }
-    const auto column = csv_column_named(name);
-    measures = measures ||
+    const auto column = csv_column_named(name, factors);
+    // A force in volts is known as one before its factor is.
+    const bool lacks_factor = !column && is_electrical_press(name);
+    measures = measures || lacks_factor ||
                (column && column->kind == CsvColumn::Kind::kValue && !is_named(column->channel));
-    names.push_back(column ? name : "-");
+    names.push_back(column || lacks_factor ? name : "-");
     headings.push_back(heading);
   }
   // A unit alone does not make a heading: "calibrated (g)" may be any line of text.
   if (!measures && (own_names < 2 || 2 * own_names < names.size())) return {};
-  tell_csv_columns_apart(names, headings);
+  tell_csv_columns_apart(names, headings, factors);
   return names;
 }
 
+std::vector<std::string> csv_columns_of_labels(const std::vector<std::string>& names,
+                                               const std::vector<std::string>& units,
+                                               const UnitFactors& factors) {
+  std::vector<std::string> columns;
+  std::vector<CsvField> fields;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool stated = i < units.size() && !units[i].empty();
+    CsvField field = stated ? CsvField{.label = names[i], .number = {}, .unit = units[i]}
+                            : parse_csv_heading(names[i]);
+    const auto exact = csv_column_named(names[i], factors);
+    std::string column = !stated && exact ? names[i] : csv_column_of(field);
+    // Not a unit: a name such as sensor_a.
+    if (column == "-" && !stated)
+      column = csv_column_of({.label = names[i], .number = {}, .unit = {}});
+    columns.push_back(column.empty() ? "-" : std::move(column));
+    fields.push_back(field);
+  }
+  tell_csv_columns_apart(columns, fields, factors);
+  return columns;
+}
+
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
-                                                                char separator) {
+                                                                char separator,
+                                                                const UnitFactors& factors) {
   std::vector<CsvColumn> columns;
   bool measures = false;
   std::vector<std::string> all;
@@ -196,16 +312,18 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
           "1024 after it");
     }
   }
-  for (const std::string& name : all) {
-    auto column = csv_column_named(name);
+  for (const std::string& text : all) {
+    const NamedCell cell(text);
+    auto column = csv_column_named(cell.name, factors);
     if (!column) return Unexpected<std::string>(column.error());
+    column->key = cell.key;
     for (const CsvColumn& other : columns) {
       if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
       return Unexpected<std::string>("the column " + column->name +
                                      " is named twice: name each differently, such as thumb_N and "
                                      "index_N");
     }
-    measures = measures || column->kind == CsvColumn::Kind::kValue;
+    measures = measures || (column->kind == CsvColumn::Kind::kValue && !column->sync);
     columns.push_back(std::move(*column));
   }
   if (!measures) {
@@ -266,9 +384,7 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
       }
       double factor = column.factor;
       if (!field.unit.empty()) {
-        const auto stated = column.force      ? newtons_per(field.unit)
-                            : column.pressure ? kilopascals_per(field.unit)
-                                              : millimetres_per(field.unit);
+        const auto stated = stated_factor(column, field.unit);
         if (!stated) return false;
         factor = *stated;
       }

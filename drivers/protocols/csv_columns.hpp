@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/protocols/device_reading.hpp"
+#include "drivers/protocols/protocol.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
 
@@ -15,17 +16,24 @@ namespace merkel {
 struct CsvColumn {
   enum class Kind : std::uint8_t { kSkip, kTime, kSequence, kValue };
   Kind kind = Kind::kSkip;
-  std::string name;  ///< with its unit
+  std::string name;      ///< with its unit
+  std::string key = {};  ///< what the device calls it, if something else
   DeviceChannel channel = DeviceChannel::kForce;
   double factor = 1.0;           ///< to N or mm
   bool force = true;             ///< of a value: in N; else in mm, or
-  bool pressure = false;         ///< in kPa
+  bool pressure = false;         ///< in kPa, or
+  bool sync = false;             ///< a sync line: 0 or 1
   std::int64_t nanoseconds = 0;  ///< per unit of time
 };
 
 /// Parses the name of a column ("force_N"), or returns an error. A name of its own with a unit of
 /// force or length ("thumb_N") is a named channel, here the first.
-[[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name);
+/// \param factors  of columns in volts or counts ("force_V"), which are refused without theirs
+[[nodiscard]] Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
+                                                                const UnitFactors& factors = {});
+
+/// True for a column of a force, depth or position in volts or counts, with or without its factor.
+[[nodiscard]] bool is_electrical_press(std::string_view name);
 
 /// The names of columns, separated by commas; "taxel_kPa*256" are 256 of them. Empty: wrong.
 [[nodiscard]] std::vector<std::string> csv_names_of(std::string_view names);
@@ -34,17 +42,32 @@ struct CsvColumn {
 /// taxel256_kPa.
 [[nodiscard]] std::string csv_list_of(const std::vector<std::string>& names);
 
-/// Numbers the channels with names of their own in the order of their columns.
-void number_named_channels(std::vector<CsvColumn>& columns) noexcept;
+/// The channels that columns are.
+[[nodiscard]] std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns);
 
-/// Parses the names of all columns. Fails if none is a force or a length, or if two are the same.
+/// Parses the names of all columns; "t:time_s" is the column time_s, which the device calls t.
+/// Fails if none is a force, a length or a pressure, or if two are the same.
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
-    std::string_view names, char separator);
+    std::string_view names, char separator, const UnitFactors& factors = {});
 
-/// The columns that a header line names, with their units: "force_g,depth_mm", "Force (g); Depth
-/// (mm)", "thumb_N,index_N". A cell with another meaning is ignored. Empty unless a force, depth or
-/// position has its unit, or two other names have one.
-[[nodiscard]] std::vector<std::string> csv_columns_of_header(std::string_view line, char separator);
+/// The cells of a line.
+[[nodiscard]] std::vector<std::string> csv_cells_of(std::string_view line, char separator);
+
+/// The columns that the cells of a header name, with their units: "force_g,depth_mm", "Force (g);
+/// Depth (mm)", "thumb_N,index_N". A cell with another meaning is "-". Empty unless a force, depth
+/// or position has its unit, or two other names have one.
+[[nodiscard]] std::vector<std::string> csv_columns_of_header(const std::vector<std::string>& cells,
+                                                             const UnitFactors& factors = {});
+
+/// The columns that the names in rows mean: as in a header, but a single one is enough, and a
+/// name whose unit stands with its number is taken for the quantity that it means.
+/// \param units  of each, as they stand with its number; may be empty
+[[nodiscard]] std::vector<std::string> csv_columns_of_labels(const std::vector<std::string>& names,
+                                                             const std::vector<std::string>& units,
+                                                             const UnitFactors& factors = {});
+
+/// True if two columns are the same whatever their unit: thumb_N and thumb_g.
+[[nodiscard]] bool same_quantity(const CsvColumn& a, const CsvColumn& b);
 
 /// The names and units of columns, for messages.
 [[nodiscard]] std::string csv_column_names();

@@ -1,25 +1,28 @@
 #include "drivers/protocols/csv_lines.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
-#include "drivers/protocols/clock_order.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/protocols/frame_lines.hpp"
 #include "drivers/protocols/line_protocol.hpp"
-#include "drivers/protocols/sequence_counter.hpp"
+#include "drivers/protocols/row_names.hpp"
+#include "drivers/protocols/row_order.hpp"
+#include "drivers/protocols/text_row.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr nanoseconds kNoise{2'000'000};  ///< largest step back that is not a restart
-
 struct CsvOptions {
   std::vector<CsvColumn> columns;
+  UnitFactors factors;
   std::optional<CsvStyle> style;
+  std::size_t frame_lines = 0;
   unsigned sequence_bits = 32;
   unsigned clock_bits = 32;
   double rate_Hz = 0.0;  ///< 0: unknown
@@ -28,56 +31,54 @@ struct CsvOptions {
 class CsvLines final : public LineProtocol {
  public:
   explicit CsvLines(CsvOptions options)
-      : sequence_(options.sequence_bits),
+      : order_(options.sequence_bits),
         clock_bits_(options.clock_bits),
         rate_Hz_(options.rate_Hz),
-        style_(options.style) {
-    use(std::move(options.columns));
+        style_(options.style),
+        style_is_given_(options.style.has_value()),
+        names_(std::move(options.columns), std::move(options.factors)) {
+    if (options.frame_lines > 0) {
+      frames_.emplace(options.frame_lines);
+      lines_.keep_empty_lines();
+    }
+    note_columns();
   }
 
   void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
-    lines_.reset(columns_.empty());  // a header may be the first line
-    sequence_.reopened();
+    lines_.reset(true);
+    may_be_cut_ = !frames_;
+    if (frames_) frames_->reset();
+    order_.reopened();
     unread_.clear();
   }
 
   /// What was sent while nobody read is not lost.
-  void start(nanoseconds /*now*/, DeviceStream& /*stream*/) override { sequence_.forget(); }
+  void start(nanoseconds /*now*/, DeviceStream& /*stream*/) override { order_.forget(); }
 
   [[nodiscard]] std::string expected(std::string_view answer) const override {
     if (answer.size() >= LineSplitter::kLongestLine) {
       return "lines of less than " + std::to_string(LineSplitter::kLongestLine) + " bytes";
     }
-    if (columns_.empty()) return "lines of numbers";
-    std::vector<std::string> names;
-    for (const CsvColumn& column : columns_)
-      names.push_back(column.name.empty() ? "-" : column.name);
+    const std::size_t columns = names_.layout().size();
+    if (columns == 0) return "lines of numbers";
+    const std::string list = names_.list();
+    if (names_.in_rows()) return "lines that name " + list;
     const auto values = [](std::size_t count) {
       return std::to_string(count) + (count == 1 ? " value" : " values");
     };
+    const std::string where =
+        frames_ ? "frames of " + std::to_string(frames_->lines()) + " lines" : "a line";
     std::vector<CsvStyle> styles = csv_styles({std::string(answer)});
     if (style_) styles.assign(1, *style_);
     std::size_t count = 0;
-    for (; !styles.empty() && !answer.empty(); ++count) {
-      static_cast<void>(take_csv_part(answer, styles.front().separator));
-    }
-    return values(columns_.size()) + " in a line (" + csv_list_of(names) + ")" +
-           (count == columns_.size() || count == 0 ? "" : ", but this one has " + values(count));
+    if (!styles.empty() && !frames_) count = csv_cells_of(answer, styles.front().separator).size();
+    return values(columns) + " in " + where + " (" + list + ")" +
+           (count == columns || count == 0 ? "" : ", but this one has " + values(count));
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return measures_; }
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {
-    std::vector<ChannelName> names;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const CsvColumn& column = columns_[i];
-      if (column.kind != CsvColumn::Kind::kValue) continue;
-      names.push_back({.name = column.name,
-                       .channel = column.channel,
-                       .column = i + 1,
-                       .force = column.force,
-                       .pressure = column.pressure});
-    }
-    return names;
+    return names_.channels();
   }
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;
@@ -89,64 +90,168 @@ class CsvLines final : public LineProtocol {
 
  private:
   static constexpr std::size_t kLearnFrom = 3;
+  /// A header that differs from the one before.
+  struct NewHeader {
+    RowNames names;
+    std::string notice;
+    char separator;
+  };
 
-  void use(std::vector<CsvColumn> columns) {
-    columns_ = std::move(columns);
-    number_named_channels(columns_);
+  void note_columns() {
+    const std::vector<ChannelName> channels = names_.channels();
     channels_ = 0;
-    measures_ = false;
+    for (const ChannelName& each : channels) channels_ |= bit_of(each.channel);
+    measures_ = std::ranges::any_of(channels, [](const ChannelName& each) { return !each.sync; });
+    error_message_ = names_.error_message();
     wrap_.reset();
-    for (const CsvColumn& column : columns_) {
-      if (column.kind == CsvColumn::Kind::kValue) {
-        channels_ |= bit_of(column.channel);
-        measures_ = true;
-      }
+    for (const CsvColumn& column : names_.columns()) {
       if (column.kind == CsvColumn::Kind::kTime && column.nanoseconds < 1'000'000'000) {
         wrap_ = nanoseconds{(std::int64_t{1} << clock_bits_) * column.nanoseconds};
       }
     }
   }
 
+  /// Lines cannot be read: for that reason, unless a column lacks its factor.
+  void fail(const std::string& reason) {
+    error_message_ = names_.error_message().empty() ? reason : names_.error_message();
+  }
+
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
-    if (line.front() == '#' || line.find_first_not_of(" \t") == std::string_view::npos) return;
-    if (read_header(line)) {
-      restarted_ = restarted_ || known_;
+    if (!frames_) {
+      read_row(line, arrival, stream);
+      return;
+    }
+    switch (frames_->take(line)) {
+      case FrameLines::Result::kNone:
+        break;
+      case FrameLines::Result::kDamaged:
+        ++stream.counts.damaged;
+        break;
+      case FrameLines::Result::kNeverSeparated:
+        error_message_ = "nothing separates its frames of " + std::to_string(frames_->lines()) +
+                         " lines: let it print an empty line after each";
+        break;
+      case FrameLines::Result::kFrame:
+        read_row(frames_->row(), arrival, stream);
+        break;
+    }
+  }
+
+  void read_row(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
+    const bool cut = std::exchange(may_be_cut_, false);
+    if (line.empty() || line.front() == '#') return;
+    if (line.find_first_not_of(" \t") == std::string_view::npos) return;
+    const bool digits = line.find_first_of("0123456789") != std::string_view::npos;
+    if (!known_ && (line.front() == '{' || line.front() == '[')) {
+      units_.clear();
+      if (read_json_row(line, row_)) {
+        json_ = read_named(line, false, arrival, stream) || json_;
+      } else if (!cut) {
+        ++stream.counts.damaged;
+      }
+      return;
+    }
+    if (json_) {
+      if (digits && !cut) ++stream.counts.damaged;
+      return;
+    }
+    if (read_header(line, cut, stream)) {
       ++stream.counts.frames;
       return;
     }
-    if (known_ || (!columns_.empty() && suits(line))) {
+    if (cut) return;
+    if (new_header_) check_new_header(line, stream);
+    if (known_ || (names_.known() && suits(line))) {
       known_ = true;
       read_numbers(line, arrival, stream);
       return;
     }
-    if (line.find_first_of("0123456789") == std::string_view::npos) return;
+    if (!digits) return;
     unread_.emplace_back(std::string(line), arrival);
     if (unread_.size() >= kLearnFrom) learn(stream);
   }
 
-  /// A header names all columns. A repeated header means that the device has restarted.
-  bool read_header(std::string_view line) {
-    if (parse_csv_field(line, false).number) return false;
+  /// Reads row_, which names its values, or is a list. False if nothing in it is measured.
+  bool read_named(std::string_view line, bool decimal_comma, nanoseconds arrival,
+                  DeviceStream& stream) {
+    const auto named =
+        row_.names.empty() ? std::optional(false) : names_.take_row(row_.names, units_);
+    if (named.value_or(false)) note_columns();
+    if (!named || !measures_) {
+      ++stream.counts.frames;
+      if (!measures_ && ++unnamed_ == kLearnFrom) fail(csv_unnamed(line, row_));
+      return false;
+    }
+    parts_.assign(row_.values.begin(), row_.values.end());
+    read_parts(decimal_comma, arrival, stream);
+    return true;
+  }
+
+  /// A header names all columns. One that changes them is obeyed once a row fits it: noise may look
+  /// like a header.
+  bool read_header(std::string_view line, bool cut, DeviceStream& stream) {
+    if (names_.in_rows() || parse_csv_field(line, false).number) return false;
     for (const char separator : {',', ';', '\t', ' '}) {
-      if (style_ && style_->separator != separator) continue;
-      const std::vector<std::string> names = csv_columns_of_header(line, separator);
-      if (names.empty()) continue;
-      if (columns_.empty()) {
-        use(columns_of(names));
-        if (!style_ && columns_.size() > 1) separator_of_header_ = separator;
+      if (style_is_given_ && style_->separator != separator) continue;
+      NewHeader next{.names = names_, .notice = {}, .separator = separator};
+      const RowNames::Header header = next.names.take_header(csv_cells_of(line, separator), cut);
+      if (!header.is_one) continue;
+      next.notice = header.notice;
+      if (!header.changed) {
+        order_.header();
+      } else if (known_ && !header.notice.empty()) {
+        new_header_ = std::move(next);
+      } else {
+        use(std::move(next), stream);
       }
       return true;
     }
     return false;
   }
 
-  /// True if a line has the named columns in the given style or the default style.
-  bool suits(std::string_view line) {
-    const char separator = separator_of_header_.value_or(',');
-    const CsvStyle style = style_.value_or(CsvStyle{.separator = separator});
+  void use(NewHeader header, DeviceStream& stream) {
+    names_ = std::move(header.names);
+    order_.header();
+    note_columns();
+    if (!header.notice.empty()) {
+      stream.notice(header.notice);
+      stream.columns_changed = true;
+    }
+    if (!style_is_given_ && (!style_ || style_->separator != header.separator)) {
+      style_.reset();
+      known_ = false;
+      separator_of_header_ =
+          names_.layout().size() > 1 ? std::optional(header.separator) : std::nullopt;
+    }
+  }
+
+  /// Obeys the new header if a row fits it, or forgets it.
+  void check_new_header(std::string_view line, DeviceStream& stream) {
+    NewHeader next = *std::exchange(new_header_, std::nullopt);
+    split(line, next.separator);
     DeviceReading reading;
     std::optional<std::uint32_t> number;
-    if (!style_ && !read_fields(line, style, reading, number)) return false;
+    const bool decimal_comma = style_ && style_->decimal_comma;
+    if (read_fields(next.names, decimal_comma, reading, number)) use(std::move(next), stream);
+  }
+
+  void split(std::string_view line, char separator) {
+    parts_.clear();
+    while (!line.empty() && parts_.size() < TextRow::kMostValues) {
+      parts_.push_back(take_csv_part(line, separator));
+    }
+  }
+
+  /// True if a line has the named columns in the given style or the default style.
+  bool suits(std::string_view line) {
+    const CsvStyle style =
+        style_.value_or(CsvStyle{.separator = separator_of_header_.value_or(',')});
+    DeviceReading reading;
+    std::optional<std::uint32_t> number;
+    const bool marks = line.find_first_of(":=") != std::string_view::npos;
+    if (marks && read_labelled_row(line, style, row_, units_)) return false;  // learn() does
+    split(line, style.separator);
+    if (!style_ && !read_fields(names_, style.decimal_comma, reading, number)) return false;
     style_ = style;
     return true;
   }
@@ -157,154 +262,137 @@ class CsvLines final : public LineProtocol {
     for (const auto& [line, arrival] : unread_) lines.push_back(line);
     bool learned = false;
     for (const CsvStyle& style : style_ ? std::vector{*style_} : csv_styles(lines)) {
-      std::vector<CsvColumn> columns =
-          columns_.empty() ? stated_columns(lines.back(), style) : columns_;
-      std::size_t fields = 0;
-      for (std::string_view rest = lines.back(); !rest.empty(); ++fields) {
-        static_cast<void>(take_csv_part(rest, style.separator));
+      if (are_labelled(lines, style)) {
+        style_ = style;
+        labelled_ = learned = true;
+        break;
       }
-      if (columns.empty() || columns.size() != fields) continue;
+      const std::size_t fields = csv_cells_of(lines.back(), style.separator).size();
+      if (names_.known() ? names_.layout().size() != fields : !take_units(lines.back(), style)) {
+        continue;
+      }
       style_ = style;
-      if (columns_.empty()) use(std::move(columns));
       learned = true;
       break;
     }
     if (!learned) {
-      if (columns_.empty()) {
-        error_message_ = unnamed(lines.back());
-      } else {
+      if (names_.known()) {
         stream.counts.damaged += unread_.size();
+      } else {
+        fail(csv_unnamed(lines.back(), {}));
       }
       unread_.clear();
       return;
     }
-    error_message_.clear();
+    error_message_ = names_.error_message();
     known_ = true;
     for (const auto& [line, arrival] : std::exchange(unread_, {})) {
       read_numbers(line, arrival, stream);
     }
   }
 
-  /// The columns of a line with labels and units; empty if it has none.
-  static std::vector<CsvColumn> stated_columns(const std::string& line, const CsvStyle& style) {
-    std::vector<std::string> names;
-    const std::vector<CsvField> fields = csv_fields_of(line, style);
-    for (const CsvField& field : fields) {
-      const std::string name = field.number ? csv_column_of(field) : "-";
-      names.push_back(name.empty() ? "-" : name);
+  /// True if all numbers of the lines have labels, the same in each line.
+  static bool are_labelled(const std::vector<std::string>& lines, const CsvStyle& style) {
+    TextRow first;
+    TextRow row;
+    std::vector<std::string> units;
+    for (const std::string& line : lines) {
+      if (!read_labelled_row(line, style, row, units)) return false;
+      if (first.names.empty()) first = row;
+      if (row.names != first.names) return false;
     }
-    tell_csv_columns_apart(names, fields);
-    std::vector<CsvColumn> columns = columns_of(names);
-    const bool measures = std::any_of(columns.begin(), columns.end(), [](const CsvColumn& column) {
-      return column.kind == CsvColumn::Kind::kValue;
-    });
-    return measures ? columns : std::vector<CsvColumn>{};
+    return true;
   }
 
-  /// Columns of known names.
-  static std::vector<CsvColumn> columns_of(const std::vector<std::string>& names) {
-    std::vector<CsvColumn> columns;
-    for (const std::string& name : names)
-      columns.push_back(csv_column_named(name).value_or(CsvColumn{}));
-    return columns;
+  /// Columns by the units beside the numbers of a line; false if none measures.
+  bool take_units(const std::string& line, const CsvStyle& style) {
+    std::vector<std::string> labels;
+    std::vector<std::string> units;
+    for (const CsvField& field : csv_fields_of(line, style)) {
+      labels.emplace_back(field.number ? field.label : "");
+      units.emplace_back(field.number ? field.unit : "");
+    }
+    if (!names_.take_columns(csv_columns_of_labels(labels, units))) return false;
+    note_columns();
+    return measures_;
   }
 
-  static std::string unnamed(const std::string& line) {
-    if (line.front() == '{' || line.front() == '[') {
-      return "its lines, such as \"" + line +
-             "\", are JSON, which is not read: send the numbers alone, separated by commas, after a "
-             "header such as time_s,force_N";
-    }
-    const std::vector<CsvStyle> styles = csv_styles({line});
-    const CsvStyle style = styles.empty() ? CsvStyle{',', false} : styles.front();
-    // The first number with decimals is the likeliest force; whole numbers count or tell time.
-    std::vector<bool> decimals;
-    for (std::string_view rest = line; !rest.empty();) {
-      const std::string_view part = take_csv_part(rest, style.separator);
-      decimals.push_back(part.find(style.decimal_comma ? ',' : '.') != std::string_view::npos);
-    }
-    const auto first = std::find(decimals.begin(), decimals.end(), true);
-    const auto force =
-        static_cast<std::size_t>(first == decimals.end() ? 0 : first - decimals.begin());
-    std::string names;
-    for (std::size_t i = 0; i < decimals.size(); ++i) {
-      names += (i == 0 ? "" : ",") + std::string(i == force ? "force_N" : "-");
-    }
-    return "its lines, such as \"" + line +
-           "\", have no labels: run merkel connect, which recognises them, or name the columns and "
-           "units, for example columns=" +
-           names + " (time_us, seq, depth_mm; - ignores a column)";
-  }
-
-  bool read_fields(std::string_view line, const CsvStyle& style, DeviceReading& reading,
+  bool read_fields(const RowNames& names, bool decimal_comma, DeviceReading& reading,
                    std::optional<std::uint32_t>& number) const {
-    std::string_view rest = line;
-    for (const CsvColumn& column : columns_) {
-      if (rest.empty()) return false;
-      const std::string_view part = take_csv_part(rest, style.separator);
-      if (!read_csv_column(column, part, style.decimal_comma, reading, number)) return false;
+    const std::vector<std::size_t>& layout = names.layout();
+    if (parts_.size() != layout.size()) return false;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      if (layout[i] == RowNames::kIgnored) continue;
+      if (!read_csv_column(names.column(layout[i]), parts_[i], decimal_comma, reading, number)) {
+        return false;
+      }
     }
-    return rest.empty();
+    return true;
   }
 
   void read_numbers(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
+    if (!labelled_) {
+      split(line, style_->separator);
+      read_parts(style_->decimal_comma, arrival, stream);
+    } else if (read_labelled_row(line, *style_, row_, units_)) {
+      static_cast<void>(read_named(line, style_->decimal_comma, arrival, stream));
+    } else {
+      ++stream.counts.damaged;
+    }
+  }
+
+  void read_parts(bool decimal_comma, nanoseconds arrival, DeviceStream& stream) {
     DeviceReading reading;
     reading.arrival = arrival;
     std::optional<std::uint32_t> number;
-    if (!read_fields(line, *style_, reading, number)) {
+    if (!read_fields(names_, decimal_comma, reading, number)) {
       ++stream.counts.damaged;
       return;
     }
     ++stream.counts.frames;
-    if (reading.device_time && clock_.restarted(*reading.device_time, arrival, wrap_)) {
-      restarted_ = true;
-    }
-    if (restarted_) {
-      sequence_.forget();
-      clock_.forget();
-      reading.rebooted = true;
-      restarted_ = false;
-    }
-    if (number) {
-      const auto step = sequence_.next(*number, stream);
-      if (step.dropped()) {
-        restarted_ = reading.rebooted;
-        return;
-      }
-      reading.lost = step.lost;
-      reading.rebooted = reading.rebooted || step.restarted;
-    }
-    stream.accept(reading);
+    if (order_.take(reading, number, wrap_, stream)) stream.accept(reading);
   }
 
-  SequenceCounter sequence_;
-  ClockOrder clock_{kNoise};
+  RowOrder order_;
   unsigned clock_bits_;
   double rate_Hz_;
   std::optional<CsvStyle> style_;
+  bool style_is_given_;
   std::optional<char> separator_of_header_;
+  std::optional<NewHeader> new_header_;                      ///< no row has confirmed it yet
   std::vector<std::pair<std::string, nanoseconds>> unread_;  ///< until their style is known
-  std::vector<CsvColumn> columns_;
+  RowNames names_;
+  std::optional<FrameLines> frames_;
+  TextRow row_;  ///< the present one, if it has names
+  std::vector<std::string> units_;
+  std::vector<std::string_view> parts_;  ///< of the present row
   std::uint32_t channels_ = 0;
   bool measures_ = false;
   std::string error_message_;
   std::optional<nanoseconds> wrap_;
-  bool known_ = false;  ///< style and columns
-  bool restarted_ = false;
+  bool known_ = false;     ///< style and columns
+  bool labelled_ = false;  ///< each number has a label
+  bool json_ = false;
+  std::size_t unnamed_ = 0;  ///< rows in which nothing is measured
+  bool may_be_cut_ = true;
 };
 
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_csv_lines(UriOptions& options) {
   CsvOptions csv;
+  auto factors = UnitFactors::from(options);
+  if (!factors) return Unexpected<SetupError>(factors.error());
+  csv.factors = std::move(*factors);
   const std::string names = options.text("columns", "");
   const std::string separator = options.word("separator", "auto", "auto|comma|semicolon|tab|space");
   const std::string decimal = options.word("decimal", "auto", "auto|point|comma");
+  csv.frame_lines = static_cast<std::size_t>(options.whole("frame_lines", 0, 2, 1024));
   csv.sequence_bits = static_cast<unsigned>(options.whole("seq_bits", 32, 4, 32));
   csv.clock_bits = static_cast<unsigned>(options.whole("clock_bits", 32, 8, 32));
   csv.rate_Hz = options.number("rate_hz", 0.0, 0.01, 100'000.0);
   if (!names.empty()) {
-    auto named = csv_columns_named(names, ',');
+    auto named = csv_columns_named(names, ',', csv.factors);
     if (!named) return bad_input("columns=" + names + ": " + named.error());
     csv.columns = std::move(*named);
   }
@@ -326,8 +414,7 @@ std::size_t lines_of_numbers(std::span<const std::uint8_t> bytes) {
   std::size_t count = 0;
   for (const std::uint8_t byte : bytes) {
     const auto line = lines.take(byte);
-    if (!line || line->find_first_of("0123456789") == std::string_view::npos) continue;
-    if (line->find_first_not_of("0123456789+-.eE,; \t") == std::string_view::npos) ++count;
+    if (line && is_line_of_numbers(*line)) ++count;
   }
   return count;
 }

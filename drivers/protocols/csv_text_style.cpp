@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
-#include "drivers/protocols/device_units.hpp"
 
 namespace merkel {
 namespace {
@@ -206,37 +205,48 @@ std::string csv_quantity_of(std::string_view label) {
 std::string csv_column_of(const CsvField& field) {
   const std::string quantity = csv_quantity_of(field.label);
   const std::string unit(field.unit);
-  if (newtons_per(unit)) return (quantity.starts_with("force") ? quantity : "force") + "_" + unit;
-  if (millimetres_per(unit)) {
-    return (is_one_of(quantity, {"x", "y", "z"}) ? quantity : "depth") + "_" + unit;
-  }
-  if (kilopascals_per(unit)) {
-    return field.label.empty() ? "taxel_" + unit : csv_own_name_of(field);
-  }
   const std::string label = lower(field.label);
   const std::string low_unit = lower(field.unit);
   const bool time = quantity == "time";
+  const bool force = quantity.starts_with("force");
+  const bool position = is_one_of(quantity, {"x", "y", "z"});
+  if (const auto known = unit_named(unit)) {
+    switch (known->quantity) {
+      case Quantity::kForce:
+        return (force ? quantity : "force") + "_" + unit;
+      case Quantity::kLength:
+        return (position ? quantity : "depth") + "_" + unit;
+      case Quantity::kPressure:
+        return field.label.empty() ? "taxel_" + unit : csv_own_name_of(field);
+      case Quantity::kVoltage:
+      case Quantity::kCount:
+        return force || position || quantity == "depth" ? quantity + "_" + unit : "-";
+    }
+  }
   if (is_one_of(low_unit, {"s", "ms", "us"}) && (time || label.empty())) return "time_" + low_unit;
   if (time && unit.empty() && (label == "millis" || label == "ms")) return "time_ms";
   if (time && unit.empty() && (label == "micros" || label == "us")) return "time_us";
   if (quantity == "seq" && unit.empty()) return quantity;
+  if (label == "sync" && unit.empty()) return label;
   return unit.empty() && quantity != "-" ? std::string() : "-";
 }
 
-std::string csv_own_name_of(const CsvField& field) {
-  const std::string unit(field.unit);
-  const bool known = newtons_per(unit) || millimetres_per(unit) || kilopascals_per(unit);
-  if (field.label.empty() || !known) return "-";
-  return std::string(field.label) + "_" + unit;
+std::string csv_own_name_of(const CsvField& field, const UnitFactors& factors) {
+  const auto unit = unit_named(field.unit);
+  if (field.label.empty() || !unit || (unit->is_electrical() && !factors.of(field.label, *unit))) {
+    return "-";
+  }
+  return std::string(field.label) + "_" + std::string(field.unit);
 }
 
-void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields) {
+void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields,
+                            const UnitFactors& factors) {
   const std::vector<std::string> given = names;
   std::vector<std::string> taken;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (given[i].empty() || given[i] == "-") continue;
     const bool repeated = std::count(given.begin(), given.end(), given[i]) > 1;
-    const std::string own = csv_own_name_of(fields[i]);
+    const std::string own = csv_own_name_of(fields[i], factors);
     const bool labelled = own != "-" && csv_quantity_of(fields[i].label) != "force";
     if (repeated && labelled) names[i] = own;
     const auto is_taken = [&] {

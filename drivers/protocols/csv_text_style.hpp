@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/protocols/unit_factors.hpp"
+
 namespace merkel {
 
 /// The style of lines of numbers: "0.300,12", "0,300;12", "Force: 0.300 N".
@@ -47,12 +49,13 @@ struct CsvField {
 [[nodiscard]] std::string csv_column_of(const CsvField& field);
 
 /// The column that a field's label and unit name as a channel of its own ("thumb_N"); "-" unless
-/// the unit is one of force, length or pressure.
-[[nodiscard]] std::string csv_own_name_of(const CsvField& field);
+/// the unit is one of force, length or pressure, or an electrical one with a factor.
+[[nodiscard]] std::string csv_own_name_of(const CsvField& field, const UnitFactors& factors = {});
 
 /// Gives columns of the same name the names of their labels, or numbers: two fields "thumb" and
 /// "index" in N are not both force_N.
-void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields);
+void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields,
+                            const UnitFactors& factors = {});
 
 /// The field that a cell of a header means: "force_g", "Force (g)" and "Force [g]" have the label
 /// force and the unit g.

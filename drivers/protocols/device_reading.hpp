@@ -82,9 +82,10 @@ struct DeviceReading {
   [[nodiscard]] bool has(DeviceChannel channel) const noexcept {
     return (channels & bit_of(channel)) != 0U;
   }
+  /// NaN if it is not set.
   [[nodiscard]] double operator[](DeviceChannel channel) const noexcept {
     const auto place = static_cast<std::size_t>(channel);
-    if (!is_named(channel)) return values[place];
+    if (!is_named(channel)) return has(channel) ? values[place] : std::nan("");
     const std::size_t number = place - kDeviceChannels;
     return number < named.size() ? named[number] : std::nan("");
   }

@@ -3,68 +3,76 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <span>
 
 #include "core/units.hpp"
 
 namespace merkel {
 namespace {
 
-struct Unit {
+struct UnitName {
   std::string_view name;
-  double factor;
+  Unit unit;
 };
 
-constexpr std::array<Unit, 12> kForces = {{{"N", 1.0},
-                                           {"mN", units::N_from_mN(1.0)},
-                                           {"kN", 1e3},
-                                           {"lbF", units::kN_per_lbf},
-                                           {"lb", units::kN_per_lbf},
-                                           {"ozF", units::kN_per_ozf},
-                                           {"oz", units::kN_per_ozf},
-                                           {"kgF", units::kN_per_kgf},
-                                           {"kg", units::kN_per_kgf},
-                                           {"gF", units::kN_per_kgf * 1e-3},
-                                           {"g", units::kN_per_kgf * 1e-3},
-                                           {"Newton", 1.0}}};
-constexpr std::array<Unit, 5> kLengths = {{{"mm", 1.0},
-                                           {"um", units::mm_from_um(1.0)},
-                                           {"m", 1e3},
-                                           {"in", units::kMm_per_inch},
-                                           {"inch", units::kMm_per_inch}}};
+constexpr Unit force_unit(double newtons) { return {Quantity::kForce, newtons}; }
+constexpr Unit length_unit(double millimetres) { return {Quantity::kLength, millimetres}; }
+constexpr Unit pressure_unit(double kilopascals) { return {Quantity::kPressure, kilopascals}; }
+constexpr Unit voltage_unit(double volts) { return {Quantity::kVoltage, volts}; }
 
-constexpr std::array<Unit, 8> kPressures = {
-    {{"kPa", 1.0},
-     {"Pa", 1e-3},
-     {"hPa", 0.1},
-     {"MPa", 1e3},
-     {"mbar", 0.1},
-     {"bar", 100.0},
-     {"psi", 1e3 * units::kN_per_lbf / (units::kMm_per_inch * units::kMm_per_inch)},
-     {"mmHg", 0.133322387415}}};
-
-std::optional<double> factor_of(std::string_view name, std::span<const Unit> table) noexcept {
-  const auto same = [name](const Unit& unit) {
-    return std::equal(
-        name.begin(), name.end(), unit.name.begin(), unit.name.end(),
-        [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
-  };
-  const auto found = std::find_if(table.begin(), table.end(), same);
-  return found == table.end() ? std::nullopt : std::optional(found->factor);
-}
+constexpr auto kUnitNames = std::to_array<UnitName>(
+    {{"N", force_unit(1.0)},
+     {"mN", force_unit(units::N_from_mN(1.0))},
+     {"kN", force_unit(1e3)},
+     {"lbF", force_unit(units::kN_per_lbf)},
+     {"lb", force_unit(units::kN_per_lbf)},
+     {"ozF", force_unit(units::kN_per_ozf)},
+     {"oz", force_unit(units::kN_per_ozf)},
+     {"kgF", force_unit(units::kN_per_kgf)},
+     {"kg", force_unit(units::kN_per_kgf)},
+     {"gF", force_unit(units::kN_per_kgf * 1e-3)},
+     {"g", force_unit(units::kN_per_kgf * 1e-3)},
+     {"Newton", force_unit(1.0)},
+     {"mm", length_unit(1.0)},
+     {"um", length_unit(units::mm_from_um(1.0))},
+     {"m", length_unit(1e3)},
+     {"in", length_unit(units::kMm_per_inch)},
+     {"inch", length_unit(units::kMm_per_inch)},
+     {"kPa", pressure_unit(1.0)},
+     {"Pa", pressure_unit(1e-3)},
+     {"hPa", pressure_unit(0.1)},
+     {"MPa", pressure_unit(1e3)},
+     {"mbar", pressure_unit(0.1)},
+     {"bar", pressure_unit(100.0)},
+     {"psi", pressure_unit(1e3 * units::kN_per_lbf / (units::kMm_per_inch * units::kMm_per_inch))},
+     {"mmHg", pressure_unit(0.133322387415)},
+     {"V", voltage_unit(1.0)},
+     {"volt", voltage_unit(1.0)},
+     {"volts", voltage_unit(1.0)},
+     {"mV", voltage_unit(1e-3)},
+     {"uV", voltage_unit(1e-6)},
+     {"count", {Quantity::kCount, 1.0}},
+     {"counts", {Quantity::kCount, 1.0}}});
 
 }  // namespace
 
-std::optional<double> newtons_per(std::string_view unit) noexcept {
-  return factor_of(unit, kForces);
+std::optional<Unit> unit_named(std::string_view name) noexcept {
+  const auto* const found =
+      std::find_if(kUnitNames.begin(), kUnitNames.end(), [name](const UnitName& each) {
+        return std::equal(
+            name.begin(), name.end(), each.name.begin(), each.name.end(),
+            [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+      });
+  return found == kUnitNames.end() ? std::nullopt : std::optional(found->unit);
 }
 
-std::optional<double> kilopascals_per(std::string_view unit) noexcept {
-  return factor_of(unit, kPressures);
+std::optional<double> factor_to(Quantity quantity, std::string_view unit) noexcept {
+  const auto named = unit_named(unit);
+  return named && named->quantity == quantity ? std::optional(named->factor) : std::nullopt;
 }
 
-std::optional<double> millimetres_per(std::string_view unit) noexcept {
-  return factor_of(unit, kLengths);
+std::string_view unit_of(Quantity quantity) noexcept {
+  constexpr std::array<std::string_view, 5> kBases = {"N", "mm", "kPa", "V", "count"};
+  return kBases[static_cast<std::size_t>(quantity)];
 }
 
 }  // namespace merkel

@@ -1,23 +1,39 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
 namespace merkel {
 
-/// A unit in N, by the names that instruments use, in any case: N, mN, kN, lbF, ozF, kgF, gF. Empty
-/// for any other name.
-[[nodiscard]] std::optional<double> newtons_per(std::string_view unit) noexcept;
+/// What a unit measures. An amplifier or a converter delivers volts or counts, which a factor makes
+/// a force, a length or a pressure (unit_factors.hpp).
+enum class Quantity : std::uint8_t { kForce, kLength, kPressure, kVoltage, kCount };
 
-/// A unit in kPa: kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg.
-[[nodiscard]] std::optional<double> kilopascals_per(std::string_view unit) noexcept;
+/// A unit: its factor to N, mm, kPa, V or counts.
+struct Unit {
+  Quantity quantity = Quantity::kForce;
+  double factor = 1.0;
 
-/// A unit in mm: mm, um, m, in.
-[[nodiscard]] std::optional<double> millimetres_per(std::string_view unit) noexcept;
+  [[nodiscard]] bool is_electrical() const noexcept {
+    return quantity == Quantity::kVoltage || quantity == Quantity::kCount;
+  }
+};
+
+/// A unit by the names that instruments use, in any case: N, mN, kN, lbF, ozF, kgF, gF; mm, um, m,
+/// in; kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg; V, mV, uV; count. Empty for any other name.
+[[nodiscard]] std::optional<Unit> unit_named(std::string_view name) noexcept;
+
+/// The factor of a unit, if it is one of that quantity.
+[[nodiscard]] std::optional<double> factor_to(Quantity quantity, std::string_view unit) noexcept;
+
+/// "N", "mm", "kPa", "V" or "count".
+[[nodiscard]] std::string_view unit_of(Quantity quantity) noexcept;
 
 /// The names above, for error messages.
 inline constexpr std::string_view kForceUnits = "N, mN, kN, lbF, ozF, kgF, gF";
 inline constexpr std::string_view kLengthUnits = "mm, um, m, in";
 inline constexpr std::string_view kPressureUnits = "kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg";
+inline constexpr std::string_view kElectricalUnits = "V, mV, uV, count";
 
 }  // namespace merkel

@@ -193,9 +193,7 @@ class Hbf1Protocol final : public Protocol {
           ++malformed_;
           break;
         }
-        stream.notice("the device reports event " +
-                      std::to_string(read_u16(frame.body.first<2>())) + " with " +
-                      std::to_string(read_u32(frame.body.subspan<2, 4>())));
+        read_event(frame, arrival, stream);
         break;
       case Hbf1Type::kText:
         stream.notice("message of the device: " + hbf1_text(frame.body));
@@ -216,6 +214,24 @@ class Hbf1Protocol final : public Protocol {
     }
   }
 
+  void read_event(const Hbf1Frame& frame, nanoseconds arrival, DeviceStream& stream) const {
+    constexpr unsigned kLevelBit = 16;
+    const std::uint16_t code = read_u16(frame.body.first<2>());
+    const std::uint32_t argument = read_u32(frame.body.subspan<2, 4>());
+    const auto line = static_cast<std::uint16_t>(argument);
+    if (code != kHbf1Edge || line == 0 || argument >> kLevelBit > 1U) {
+      stream.notice("the device reports event " + std::to_string(code) + " with " +
+                    std::to_string(argument));
+      return;
+    }
+    // After a restart, its clock is known again from the next sample on.
+    if (pending_reboot_) return;
+    stream.edges.push_back({.line = line,
+                            .high = argument >> kLevelBit == 1U,
+                            .device_time = microseconds{frame.header.time_us},
+                            .arrival = arrival});
+  }
+
   bool read_hello(std::span<const std::uint8_t> body, nanoseconds arrival, DeviceStream& stream) {
     const auto whole = hello_.take(body);
     if (!whole) {
@@ -223,7 +239,10 @@ class Hbf1Protocol final : public Protocol {
       return false;
     }
     if (!*whole) return true;
+    hello_.number(names_);
+    const bool known = layout_.has_value();
     layout_ = std::exchange(hello_, {});
+    stream.columns_changed = stream.columns_changed || known;
     if (!said_hello_) hello_arrival_ = arrival;
     said_hello_ = true;
     if (wanted_) send_start(arrival, stream);  // it sends again after a restart
@@ -267,6 +286,7 @@ class Hbf1Protocol final : public Protocol {
   int in_order_ = 0;                 ///< frames since the last one out of order
   Hbf1Hello hello_;                  ///< the one that is arriving
   std::optional<Hbf1Hello> layout_;  ///< of the last whole HELLO
+  std::vector<std::string> names_;   ///< of its channels, and of those of earlier ones
   std::uint16_t status_ = 0;
   std::string error_message_;
   std::uint64_t malformed_ = 0;  ///< invalid frames that pass their CRC

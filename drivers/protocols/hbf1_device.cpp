@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/firmware/merkel_probe/pulses.h"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/hbf1.hpp"
 #include "drivers/protocols/hbf1_channels.hpp"
@@ -107,7 +108,10 @@ class Hbf1Device final : public SimulatedDevice {
       if (command == Hbf1Command::kRate && frame->body.size() == 3) {
         requested_rate_Hz_ = read_u16(frame->body.subspan<1, 2>());
       }
-      if (command == Hbf1Command::kStart) started_ = true;
+      if (command == Hbf1Command::kStart) {
+        started_ = true;
+        next_edge_ = now;
+      }
       if (command == Hbf1Command::kStop) started_ = false;
       const Bytes body = {frame->body[0], 0};
       send(Hbf1Type::kAcknowledge, now, body, out);
@@ -117,6 +121,15 @@ class Hbf1Device final : public SimulatedDevice {
   void measure(const ProbeSample& sample, std::span<const double> others, nanoseconds now,
                Bytes& out) override {
     if (!started_) return;
+    while (pulses_ && next_edge_ <= now) {
+      const nanoseconds edge = next_edge_;
+      next_edge_ += microseconds{pulses_->next_us()};
+      Bytes event;
+      append_u16(kHbf1Edge, event);
+      append_u16(1, event);
+      append_u16(pulses_->high() ? 1 : 0, event);
+      send(Hbf1Type::kEvent, edge, event, out);
+    }
     Bytes body;
     append_u16(0, body);
     if (sample.has(ProbeSample::kForce)) append_f32(units::N_from_mN(sample.force_mN), body);
@@ -133,6 +146,10 @@ class Hbf1Device final : public SimulatedDevice {
   [[nodiscard]] bool started() const noexcept override { return started_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return period_of(static_cast<double>(requested_rate_Hz_));
+  }
+  [[nodiscard]] bool set_pulses(std::uint32_t seed) override {
+    pulses_.emplace(seed);
+    return true;
   }
   void set_rate(double rate_Hz) override { rate_Hz_ = std::lround(rate_Hz); }
 
@@ -207,6 +224,8 @@ class Hbf1Device final : public SimulatedDevice {
   std::uint16_t sequence_ = 0;
   bool started_ = false;
   long rate_Hz_ = 1000;
+  std::optional<hbf1::Pulses> pulses_;  ///< on its sync line
+  nanoseconds next_edge_{0};
   std::uint16_t requested_rate_Hz_ = 0;  ///< requested by the host; 0: the trace's
 };
 

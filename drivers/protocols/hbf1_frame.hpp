@@ -22,6 +22,10 @@ enum class Hbf1Type : std::uint8_t {
   kSyncRequest = 9,
 };
 
+/// Code of an event with an edge of a sync line: its argument is the line, from 1, and bit 16 is
+/// the level from here on.
+inline constexpr std::uint16_t kHbf1Edge = 1;
+
 /// Operations of a command frame.
 enum class Hbf1Command : std::uint8_t { kStart = 1, kStop = 2, kRate = 3, kTare = 4, kHello = 5 };
 

@@ -219,6 +219,24 @@ std::optional<Hbf1Hello::Error> Hbf1Hello::check_whole() const {
   return std::nullopt;
 }
 
+void Hbf1Hello::number(std::vector<std::string>& known) {
+  constexpr std::size_t kMostNames = 2048;
+  std::vector<std::optional<DeviceChannel>> numbers(own_names_);
+  for (ChannelName& each : names_) {
+    if (!is_named(each.channel)) continue;
+    const auto place =
+        static_cast<std::size_t>(std::find(known.begin(), known.end(), each.name) - known.begin());
+    if (place == kMostNames) continue;  // it is not used
+    if (place == known.size()) known.push_back(each.name);
+    auto& number = numbers[static_cast<std::size_t>(each.channel) - kDeviceChannels];
+    number = each.channel = named_channel(place);
+  }
+  for (Channel& channel : layout_) {
+    if (!channel.channel || !is_named(*channel.channel)) continue;
+    channel.channel = numbers[static_cast<std::size_t>(*channel.channel) - kDeviceChannels];
+  }
+}
+
 void Hbf1Hello::read_values(std::span<const std::uint8_t> values,
                             DeviceReading& reading) const noexcept {
   for (const Channel& channel : layout_) {

@@ -30,6 +30,9 @@ class Hbf1Hello {
   [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
   /// Those that are measured, in the order of the list.
   [[nodiscard]] const std::vector<ChannelName>& names() const noexcept { return names_; }
+  /// Gives a channel with a name of its own the number that the name has had.
+  /// \param known  the names so far, by number; gets new ones
+  void number(std::vector<std::string>& known);
   [[nodiscard]] std::uint16_t rate_Hz() const noexcept { return rate_Hz_; }
   [[nodiscard]] const std::string& serial_number() const noexcept { return serial_number_; }
 

@@ -16,7 +16,8 @@ struct HidField {
   DeviceChannel channel = DeviceChannel::kForce;
   std::string name = {};   ///< of a channel with a name of its own, with its unit
   bool force = true;       ///< of such a channel: in N; else in mm, or
-  bool pressure = false;   ///< in kPa
+  bool pressure = false;   ///< in kPa, or
+  bool sync = false;       ///< a sync line: 0 or 1
   std::size_t offset = 0;  ///< of the lowest bit, after the report ID; little-endian
   std::size_t bits = 16;   ///< 1 to 32
   bool is_signed = false;

@@ -36,7 +36,7 @@ std::string_view consume_until(std::string_view& rest, char mark) noexcept {
 }
 
 /// Parses a field, or returns an error.
-Expected<HidField, std::string> field_of(std::string_view text) {
+Expected<HidField, std::string> field_of(std::string_view text, const UnitFactors& factors) {
   std::string_view rest = text;
   const std::string_view name = consume_until(rest, ':');
   const auto offset = parse_number(consume_until(rest, ':'));
@@ -65,10 +65,11 @@ Expected<HidField, std::string> field_of(std::string_view text) {
     }
     return field;
   }
-  const auto column = csv_column_named(name);
+  const auto column = csv_column_named(name, factors);
   if (!column || column->kind != CsvColumn::Kind::kValue) {
     return Unexpected<std::string>(
-        !column && column.error().starts_with("the unit")
+        !column && (column.error().starts_with("the unit") ||
+                    !UnitFactors::key_in(column.error()).empty())
             ? column.error()
             : "the channel " + std::string(name) +
                   " is unknown; the known ones are force_N, force_x_N, force_y_N, force_z_N, depth_mm, "
@@ -79,6 +80,7 @@ Expected<HidField, std::string> field_of(std::string_view text) {
   if (is_named(field.channel)) field.name = name;
   field.force = column->force;
   field.pressure = column->pressure;
+  field.sync = column->sync;
   field.scale *= column->factor;
   return field;
 }
@@ -167,7 +169,8 @@ class HidFields final : public Protocol {
       ChannelName name = {.name = field.name,
                           .channel = field.channel,
                           .force = field.force,
-                          .pressure = field.pressure};
+                          .pressure = field.pressure,
+                          .sync = field.sync};
       if (!is_named(field.channel)) name = names_of_channels(bit_of(field.channel)).front();
       name.column = i + 1;
       names.push_back(std::move(name));
@@ -196,11 +199,13 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
                   .report_id = static_cast<std::uint8_t>(options.whole("report_id", 0, 0, 255)),
                   .rate_Hz = options.number("rate_hz", 0.0, 0.1, 20'000.0)};
   if (text.empty()) return map;
+  const auto factors = UnitFactors::from(options);
+  if (!factors) return Unexpected<SetupError>(factors.error());
   bool measures = false;
   std::size_t own_names = 0;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const auto field = field_of(consume_until(rest, ','));
+    const auto field = field_of(consume_until(rest, ','), *factors);
     if (!field) return bad_input("fields: " + field.error());
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);

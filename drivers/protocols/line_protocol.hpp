@@ -20,14 +20,15 @@ class LineProtocol : public Protocol {
       }
       if (!line) continue;
       const std::uint64_t bad = stream.counts.bad();
-      stream.answer = *line;
+      if (!line->empty()) stream.answer = *line;
       read_line(*line, arrival, stream);
       if (stream.counts.bad() > bad) stream.rejected = stream.answer;
     }
   }
 
  protected:
-  /// \param line  not empty, without its line end.  \param arrival  time of its last byte
+  /// \param line  without its line end; empty only if lines_ keeps such lines.  \param arrival time
+  /// of its last byte
   virtual void read_line(std::string_view line, std::chrono::nanoseconds arrival,
                          DeviceStream& stream) = 0;
 

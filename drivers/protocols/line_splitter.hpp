@@ -18,10 +18,17 @@ class LineSplitter {
   void reset(bool first_is_whole) noexcept {
     length_ = 0;
     dropping_ = !first_is_whole;
+    after_return_ = false;
   }
+  /// Empty lines are lines.
+  void keep_empty_lines() noexcept { keeps_empty_ = true; }
 
-  /// The line that a byte completes, valid until the next call; empty lines are skipped.
+  /// The line that a byte completes, valid until the next call; empty lines are skipped, unless
+  /// they are kept.
   [[nodiscard]] std::optional<std::string_view> take(std::uint8_t byte) noexcept {
+    const bool second = after_return_ && byte == '\n';
+    after_return_ = byte == '\r';
+    if (second && length_ == 0) return std::nullopt;
     if (byte != '\n' && byte != '\r') {
       if (length_ < line_.size()) {
         line_[length_++] = static_cast<char>(byte);
@@ -35,7 +42,7 @@ class LineSplitter {
     const bool dropped = dropping_;
     length_ = 0;
     dropping_ = false;
-    if (dropped || length == 0) return std::nullopt;
+    if (dropped || (length == 0 && !keeps_empty_)) return std::nullopt;
     return std::string_view(line_.data(), length);
   }
 
@@ -54,6 +61,8 @@ class LineSplitter {
   std::size_t length_ = 0;
   std::size_t too_long_ = 0;
   bool dropping_ = true;
+  bool after_return_ = false;
+  bool keeps_empty_ = false;
 };
 
 }  // namespace merkel

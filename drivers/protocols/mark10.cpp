@@ -32,9 +32,9 @@ bool parse_line(std::string_view line, double plain_factor, DeviceReading& readi
     if (number->unit.empty()) {
       if (plain_factor == 0.0) return false;
       reading.set(DeviceChannel::kForce, number->value * plain_factor);
-    } else if (const auto force = newtons_per(number->unit)) {
+    } else if (const auto force = factor_to(Quantity::kForce, number->unit)) {
       reading.set(DeviceChannel::kForce, number->value * *force);
-    } else if (const auto length = millimetres_per(number->unit)) {
+    } else if (const auto length = factor_to(Quantity::kLength, number->unit)) {
       reading.set(DeviceChannel::kDepth, number->value * *length);
     } else {
       error_message = "it measures in the unknown unit \"" + std::string(number->unit) +
@@ -254,7 +254,7 @@ class EsmDevice final : public SimulatedDevice {
 Expected<std::unique_ptr<Protocol>, SetupError> make_mark10(UriOptions& options) {
   const std::string rate = options.word("rate_hz", "250", "2|5|10|25|50|125|250");
   const std::string unit = options.text("unit", "");
-  const auto factor = newtons_per(unit);
+  const auto factor = factor_to(Quantity::kForce, unit);
   if (!unit.empty() && !factor) {
     return bad_input("unit=" + unit + " is unknown: forces are in " + std::string(kForceUnits));
   }

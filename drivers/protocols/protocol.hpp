@@ -42,11 +42,21 @@ struct ClockExchange {
   std::chrono::nanoseconds device_sent{0};
 };
 
+/// An edge of a sync line that a device reports with the time of its own clock.
+struct DeviceEdge {
+  std::uint16_t line = 1;  ///< from 1
+  bool high = false;       ///< from here on
+  std::chrono::nanoseconds device_time{0};
+  std::chrono::nanoseconds arrival{0};
+};
+
 /// The output of a parser to its probe. The probe empties the lists.
 struct DeviceStream {
   std::vector<DeviceReading> readings;
+  std::vector<DeviceEdge> edges;
   std::vector<ClockExchange> exchanges;
   std::vector<std::string> notices;  ///< messages for the user
+  bool columns_changed = false;      ///< Protocol::channel_names() has changed
   Bytes outgoing;                    ///< to be sent to the device
   ProtocolCounts counts;
   std::string answer;    ///< the newest line, or else the newest bytes
@@ -91,7 +101,8 @@ struct ChannelName {
   DeviceChannel channel;   ///< of a DeviceReading
   std::size_t column = 0;  ///< its place in the device's data, from 1
   bool force = true;       ///< in N; else a length in mm, or
-  bool pressure = false;   ///< in kPa
+  bool pressure = false;   ///< in kPa, or
+  bool sync = false;       ///< a digital line without a unit, 0 or 1
 };
 
 /// The names of known quantities. \param channels  bits of DeviceChannel

@@ -83,6 +83,8 @@ std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {
     DeviceStream stream;
     (*protocol)->begin(std::chrono::nanoseconds{0}, stream);
     (*protocol)->take(bytes, std::chrono::nanoseconds{1}, stream);
+    // Lines with words and numbers are only csv if a number in them is measured.
+    if (entry.name == "csv" && !(*protocol)->ready()) return;
     if (stream.counts.frames > most && stream.counts.frames > stream.counts.damaged) {
       most = stream.counts.frames;
       likely = entry.name;

@@ -46,6 +46,8 @@ class SimulatedDevice {
                                         double /*largest_kPa*/) {
     return names.empty();
   }
+  /// Makes irregular pulses on a sync line. False if the protocol cannot report them.
+  [[nodiscard]] virtual bool set_pulses(std::uint32_t /*seed*/) { return false; }
   /// Sets the rate of the played trace, for a device that reports a rate.
   virtual void set_rate(double /*rate_Hz*/) {}
   /// URI options that the protocol needs to read it.

@@ -44,7 +44,7 @@ inline constexpr auto kSessionChannels = [] {
   return channels;
 }();
 
-/// For a channel that the file lacks.
+/// For a channel that the file lacks; 0 if files of older versions lack it.
 inline constexpr std::int8_t kMissingValue = -1;
 
 /// Puts the members of a record into the values of its stream.
@@ -111,7 +111,6 @@ template <class Columns, class Record, class Values>
     auto& member = each.access(record);
     using Member = std::remove_cvref_t<decltype(member)>;
     Value value = values[next++];
-    if (each.later && value == Value{kMissingValue}) value = Value{};
     if constexpr (std::is_same_v<Member, std::chrono::nanoseconds>) {
       if (in_parts<Value>(each)) {
         valid = to_time(static_cast<double>(value), static_cast<double>(values[next++]), member) &&

@@ -60,7 +60,8 @@ constexpr Channel following(Channel channel, bool ticks) {
     if (channel.label == label) channel.measured = bit;
   }
   constexpr std::string_view kAsBefore[] = {"probe",    "late",         "state",
-                                            "channels", "valid_for_ns", "taxel_blocks"};
+                                            "channels", "valid_for_ns", "taxel_blocks",
+                                            "doubts",   "zero_mN",      "touch"};
   const bool named =
       std::find(std::begin(kAsBefore), std::end(kAsBefore), channel.label) != std::end(kAsBefore);
   if (named || channel.measured != 0) channel.follows = Follows::kAsBefore;
@@ -104,6 +105,8 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<PortFrame>("merkel.frames", "RawFrames", kFrameChannels),
     stream_of<StimulationCommand>("merkel.stimulation", "StimulationCommands"),
     stream_of<TaxelBlock>("merkel.taxels", "TaxelPressures"),
+    stream_of<SentCommand>("merkel.sent", "SentCommands"),
+    stream_of<SyncEdge>("merkel.sync", "SyncEdges"),
 }};
 
 }  // namespace

@@ -22,7 +22,9 @@ struct SessionStream {
     kStatus = 5,
     kFrames = 6,
     kStimulation = 7,
-    kTaxels = 8
+    kTaxels = 8,
+    kSent = 9,
+    kSync = 10
   };
   /// How a value follows from that of the previous item of its probe.
   enum class Follows : std::uint8_t { kFreely, kAsBefore, kByOne, kByTick };
@@ -57,13 +59,13 @@ struct SessionStream {
 }
 
 /// The largest number of channels of a stream.
-inline constexpr std::size_t kMostSessionChannels = 64;
+inline constexpr std::size_t kMostSessionChannels = 96;
 
 /// The values of one item, in the order of its stream's table of channels.
 template <class Value>
 using ItemValues = std::array<Value, kMostSessionChannels>;
 
-inline constexpr std::size_t kSessionStreams = 8;
+inline constexpr std::size_t kSessionStreams = 10;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

@@ -72,8 +72,9 @@ bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout
   const auto take = [&](const ItemValues<Value>& in_file) {
     ItemValues<Value> values{};
     for (std::size_t channel = 0; channel < layout.stream->channels.size(); ++channel) {
-      values[channel] =
-          layout.has(channel) ? in_file[layout.places[channel]] : Value{kMissingValue};
+      const bool later = layout.stream->channels[channel].later;
+      values[channel] = layout.has(channel) ? in_file[layout.places[channel]]
+                                            : Value{later ? std::int8_t{0} : kMissingValue};
     }
     if constexpr (std::is_same_v<Value, double>) {
       if (!fill_in(layout, next, values)) return false;

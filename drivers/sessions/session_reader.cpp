@@ -68,7 +68,12 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
   if (!layout) return file_.damaged(layout.error());
   using Id = SessionStream::Id;
   if (named->stream->id == Id::kSamples) {
-    has_validity_ = has_validity_ || layout->has(named->stream->channels.size() - 1);
+    const auto channels = named->stream->channels;
+    const auto validity = std::find_if(channels.begin(), channels.end(), [](const auto& each) {
+      return each.label == "valid_for_ns";
+    });
+    has_validity_ =
+        has_validity_ || layout->has(static_cast<std::size_t>(validity - channels.begin()));
   }
   if (named->stream->id == Id::kTicks && !named->states) ++tick_streams_;
   if (!layouts_.emplace(id, std::move(*layout)).second)

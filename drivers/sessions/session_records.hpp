@@ -79,6 +79,12 @@ template <>
 struct SessionStreamOf<StimulationCommand>
     : StoredAs<SessionStream::Id::kStimulation, double, kCommandColumns> {};
 
+template <>
+struct SessionStreamOf<SentCommand> : StoredAs<SessionStream::Id::kSent, double, kSentColumns> {};
+template <>
+struct SessionStreamOf<SyncEdge> : StoredAs<SessionStream::Id::kSync, std::int64_t, kSyncColumns> {
+};
+
 template <class Record>
 inline constexpr bool kStored = requires {
   SessionStreamOf<Record>::kId;
@@ -127,6 +133,8 @@ inline bool plausible_record(const StimulationCommand& command) {
   return command.amplitude_uA >= 0.0 && command.amplitude_uA <= kLargestValue &&
          command.frequency_Hz >= 0.0 && command.frequency_Hz <= kLargestValue;
 }
+
+inline bool plausible_record(const SentCommand& item) { return plausible_record(item.command); }
 
 // Writer and reader of an item: to_item() inverts values_of(). to_item() checks every value,
 // because a file may hold any bytes; it returns false for an invalid one.

@@ -65,6 +65,11 @@ Expected<std::unique_ptr<DeviceSimulator>, SetupError> DeviceSimulator::create(S
         ", which devices of the protocol " + name + " measure" +
         (further.empty() ? "" : "; only those of csv and hbf1 send columns of other names"));
   }
+  if (simulator->settings_.pulses &&
+      !simulator->device_->set_pulses(*simulator->settings_.pulses)) {
+    return bad_input("the protocol " + name +
+                     " has no events of a sync line: remove --pulses, or use hbf1");
+  }
   simulator->device_->set_rate(
       simulator->settings_.rate_Hz.value_or(rate_of(simulator->settings_.trace)));
   const Settings& own = simulator->settings_;

@@ -49,8 +49,9 @@ class DeviceSimulator {
     std::string link;   ///< symbolic link to the terminal; empty: none
     /// Network address instead of a terminal: "udp:HOST:PORT" or "tcp:HOST:PORT".
     std::string network;
-    bool repeat = false;            ///< start again at the end of the trace
-    std::optional<double> rate_Hz;  ///< measurements per second; default: the trace's
+    bool repeat = false;                  ///< start again at the end of the trace
+    std::optional<std::uint32_t> pulses;  ///< seed of pulses on its sync line
+    std::optional<double> rate_Hz;        ///< measurements per second; default: the trace's
     SimulatedFaults faults;
   };
   /// The device's counters.

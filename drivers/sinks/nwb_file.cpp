@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -20,6 +21,7 @@ namespace {
 using nwb::Interval;
 using nwb::Table;
 using Type = Hdf5File::Type;
+using std::chrono::nanoseconds;
 
 constexpr std::size_t kSpikesAtOnce = 4'000'000;  ///< in memory
 
@@ -70,6 +72,7 @@ struct NwbTotals {
   std::vector<Interval> contacts;
   std::vector<Interval> marks;
   std::vector<Interval> events;
+  std::vector<Interval> pulses;
   double first_s = 0.0;
   double last_s = 0.0;
 };
@@ -79,6 +82,38 @@ struct Source {
   const NwbContent& content;
   const TimeBase& time;
   RunJournal& journal;
+};
+
+/// When the first tick of a run begins; without ticks, long ago.
+nanoseconds first_tick_of(RunJournal& journal, nanoseconds tick, Hdf5File& file) {
+  int without_ticks = 64;  // a session of samples has none
+  nanoseconds begin = nanoseconds::min();
+  file.take(journal.read([&](const RecordBatch& batch) {
+    if (!batch.ticks.empty()) begin = batch.ticks.front().time - tick;
+    return batch.ticks.empty() && --without_ticks > 0;
+  }));
+  return begin;
+}
+
+/// Pulses from their begin to their end.
+class PulseIntervals {
+ public:
+  explicit PulseIntervals(std::vector<Interval>& pulses) : pulses_(pulses) {}
+  void add(double time_s, const SyncEdge& edge) {
+    auto begun = begun_.extract({edge.probe, edge.line});
+    if (edge.level == 1) {
+      begun_[{edge.probe, edge.line}] = time_s;
+    } else if (begun) {
+      pulses_.push_back({.start_s = begun.mapped(),
+                         .stop_s = time_s,
+                         .label = "line " + std::to_string(edge.line),
+                         .subject = static_cast<double>(edge.probe)});
+    }
+  }
+
+ private:
+  std::vector<Interval>& pulses_;
+  std::map<std::pair<std::uint32_t, std::uint16_t>, double> begun_;
 };
 
 /// Reads the whole journal and writes the samples and the stimulation commands.
@@ -91,8 +126,10 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
   }
   std::vector<std::unique_ptr<nwb::ElectrodeSeries>> electrodes;
   for (const NwbContent::Electrode& electrode : content.electrodes) {
-    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode));
+    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(
+        file, electrode, nwb::ElectrodeSeries::Of::kCommanded));
   }
+  std::vector<std::unique_ptr<nwb::ElectrodeSeries>> sent(electrodes.size());  ///< if any left
   found.spikes_of.assign(content.afferents.size(), 0);
   std::optional<double> first_s;
   const auto time_s = [&](const auto& record) {
@@ -101,9 +138,12 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     found.last_s = std::max(found.last_s, at_s);
     return at_s;
   };
+  const nanoseconds begin = first_tick_of(source.journal, content.tick, file);
+  PulseIntervals pulses(found.pulses);
   file.take(source.journal.read([&](const RecordBatch& batch) {
+    for (const SyncEdge& edge : batch.edges) pulses.add(source.time.s(edge.time), edge);
     for (const DeliveredSample& item : batch.samples) {
-      if (item.probe >= probes.size()) continue;
+      if (item.probe >= probes.size() || item.sample.time < begin) continue;
       probes[item.probe]->add(time_s(item), item, found.contacts);
     }
     for (const SpikeEvent& spike : batch.spikes) {
@@ -112,7 +152,16 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     }
     for (const StimulationCommand& command : batch.commands) {
       if (command.electrode >= electrodes.size()) continue;
-      electrodes[command.electrode]->add(time_s(command), command);
+      electrodes[command.electrode]->add(time_s(command), command, {});
+    }
+    for (const SentCommand& item : batch.sent) {
+      const std::size_t e = item.command.electrode;
+      if (e >= sent.size() || item.refused_by != 0) continue;
+      if (!sent[e]) {
+        sent[e] = std::make_unique<nwb::ElectrodeSeries>(file, content.electrodes[e],
+                                                         nwb::ElectrodeSeries::Of::kSent);
+      }
+      sent[e]->add(time_s(item), item.command, item.sent);
     }
     for (const LoopEvent& event : batch.events) {
       const double start_s = time_s(event);
@@ -165,7 +214,7 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
   const NwbContent& content = source.content;
   Table table(
       file, "/units", "Units", nwb::kCore,
-      {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch", "patch_name"},
+      {"spike_times", "obs_intervals", "x_mm", "y_mm", "field_radius_mm", "patch_name"},
       "simulated slowly adapting type I afferents, numbered from 0 in the order of merkel's "
       "neurons 1, 2, …");
   const auto spike_times = table.column("spike_times", Type::kDouble, "Spike times, in seconds");
@@ -181,7 +230,6 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
       table.column("y_mm", Type::kDouble, "Centre of the receptive field, across it, mm");
   const auto radius =
       table.column("field_radius_mm", Type::kDouble, "Radius of the receptive field, mm");
-  const auto patch = table.column("patch", Type::kUint32, "Patch of skin, from 0");
   std::uint64_t end = 0;
   for (std::size_t i = 0; i < content.afferents.size(); ++i) {
     const AfferentRow& row = content.afferents[i];
@@ -194,7 +242,6 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
     x->append(row.x_mm);
     y->append(row.y_mm);
     radius->append(row.field_radius_mm);
-    patch->append(std::uint64_t{row.patch});
   }
   std::vector<std::string> names;
   for (const AfferentRow& row : content.afferents) {
@@ -211,7 +258,7 @@ void write_general(Hdf5File& file, const NwbContent& content) {
     if (name == "experimenter" || name == "keywords") {
       const std::vector<std::string> texts = parts_of(value, ';');
       file.texts("/general/" + name, texts);
-    } else if (name == "institution" || name == "lab") {
+    } else if (name == "institution" || name == "lab" || name == "experiment_description") {
       file.text("/general/" + name, value);
     } else {
       if (!std::exchange(subject, true)) {
@@ -274,6 +321,8 @@ Expected<void, std::string> write_nwb(const std::string& path, const NwbContent&
     write_intervals(file, "trials", "from mark to mark; without marks, the contacts",
                     trials_of(found), "label", nullptr);
     write_intervals(file, "contacts", "contacts of a probe with the skin", found.contacts, "label",
+                    "probe");
+    write_intervals(file, "sync", "pulses of the sync lines of the devices", found.pulses, "line",
                     "probe");
     write_intervals(file, "events", "outages, gaps of the simulation, neurons reset", found.events,
                     "kind", "subject");

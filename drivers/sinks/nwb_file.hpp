@@ -15,9 +15,16 @@
 namespace merkel {
 
 /// What NWB and DANDI want to know of an experiment: `experimenter` and `keywords` (lists,
-/// separated by ";"), the place, and the subject.
-inline constexpr std::array<std::string_view, 8> kNwbFacts = {
-    "experimenter", "institution", "lab", "keywords", "subject_id", "species", "sex", "age"};
+/// separated by ";"), what it is about, the place, and the subject.
+inline constexpr std::array<std::string_view, 9> kNwbFacts = {"experiment_description",
+                                                              "experimenter",
+                                                              "institution",
+                                                              "lab",
+                                                              "keywords",
+                                                              "subject_id",
+                                                              "species",
+                                                              "sex",
+                                                              "age"};
 
 /// The content of an NWB file (Neurodata Without Borders 2.7).
 struct NwbContent {
@@ -30,7 +37,6 @@ struct NwbContent {
     /// Its value in a sample: one of the members, or a further column.
     double (*value)(const ProbeSample& sample) = nullptr;
     std::size_t extra = 0;  ///< index in DeliveredSample::further, without `value`
-    bool presses = false;   ///< above 0 during a contact
   };
   struct Probe {
     std::string name;  ///< for display
@@ -50,13 +56,15 @@ struct NwbContent {
   std::vector<AfferentRow> afferents;
   std::vector<std::string> patches;  ///< their names
 
+  std::chrono::nanoseconds tick{0};   ///< of the run
   std::chrono::nanoseconds start{0};  ///< of the run since 1970-01-01 UTC
   std::chrono::nanoseconds zero{0};   ///< time 0 of the file since 1970-01-01 UTC
 };
 
 /// Writes a whole NWB file: units with spike times, positions and fields of the afferents; the
 /// samples of the probes and the commands of the electrodes as the presented stimulus; contacts,
-/// trials (from mark to mark; without marks, the contacts) and events as intervals. Uses bounded
+/// trials (from mark to mark; without marks, the contacts), events and pulses of sync lines as
+/// intervals. Samples before the first tick are left out: they are from before time 0. Uses bounded
 /// memory. On failure, leaves no file of that name and returns the reason.
 [[nodiscard]] Expected<void, std::string> write_nwb(const std::string& path,
                                                     const NwbContent& content, const TimeBase& time,

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/units.hpp"
+
 namespace merkel::nwb {
 namespace {
 
@@ -14,7 +16,7 @@ using Stop = StimulationCommand::Stop;
 /// "0 no stop, 1 released, …"
 std::string stop_codes() {
   std::string codes = "0 no stop";
-  for (int stop = 1; stop <= static_cast<int>(Stop::kStale); ++stop) {
+  for (int stop = 1; stop <= static_cast<int>(Stop::kLast); ++stop) {
     codes += ", " + std::to_string(stop) + " ";
     codes += name_of(static_cast<Stop>(stop));
   }
@@ -53,7 +55,6 @@ ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::si
 }
 
 void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts) {
-  bool touches = false;
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     const NwbContent::Channel& channel = known_[i];
     const double value = channel.value != nullptr ? channel.value(item.sample)
@@ -61,10 +62,10 @@ void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<In
                              ? item.further[channel.extra]
                              : std::numeric_limits<double>::quiet_NaN();
     channels_[i]->append(time_s, value);
-    touches = touches || (channel.presses && value > 0.0);
   }
-  if (touches && !touched_s_) touched_s_ = time_s;
-  if (!touches) end_contact(time_s, contacts);
+  const bool contact = touches(item.sample);
+  if (contact && !touched_s_) touched_s_ = time_s;
+  if (!contact) end_contact(time_s, contacts);
 }
 
 void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
@@ -76,34 +77,53 @@ void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
   touched_s_.reset();
 }
 
-ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode)
+ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of)
     : file_(file),
       electrode_(electrode),
-      amplitude_(file, path_of(electrode, "amplitude"),
-                 current(electrode,
-                         "commanded amplitude of one phase, in µA; 0: off; each value holds until "
-                         "the next one")),
-      frequency_(file, path_of(electrode, "frequency"),
+      of_(of),
+      amplitude_(
+          file, path("amplitude"),
+          current(electrode, verb() + " amplitude of one phase, in µA; 0: off; each value holds "
+                                      "until the next one")),
+      frequency_(file, path("frequency"),
                  {.unit = "hertz",
                   .conversion = 1.0F,
-                  .description = "electrode " + electrode.name +
-                                 ": commanded frequency of the pulse train, in Hz; each value "
+                  .description = "electrode " + electrode.name + ": " + verb() +
+                                 " frequency of the pulse train, in Hz; each value "
                                  "holds until the next one",
                   .comments = electrode.description},
                  amplitude_),
-      stops_(file, path_of(electrode, "stop"),
+      stops_(file, path("stop"),
              {.unit = "n.a.",
               .conversion = 1.0F,
               .description =
                   "electrode " + electrode.name + ": why it was switched off: " + stop_codes(),
               .comments = electrode.description},
-             amplitude_) {}
+             amplitude_) {
+  if (of_ != Of::kSent) return;
+  sent_ = std::make_unique<TimeSeries>(
+      file_, path("monotonic"),
+      TimeSeries::Description{.unit = "seconds",
+                              .conversion = 1.0F,
+                              .description = "electrode " + electrode.name +
+                                             ": when the command passed the gate to the receivers, "
+                                             "on the monotonic clock of the machine",
+                              .comments = electrode.description},
+      amplitude_);
+}
 
-void ElectrodeSeries::add(double time_s, const StimulationCommand& command) {
+std::string ElectrodeSeries::verb() const { return of_ == Of::kSent ? "sent" : "commanded"; }
+
+std::string ElectrodeSeries::path(const char* quantity) const {
+  return path_of(electrode_, ((of_ == Of::kSent ? "sent_" : "") + std::string(quantity)).c_str());
+}
+
+void ElectrodeSeries::add(double time_s, const StimulationCommand& command,
+                          std::chrono::nanoseconds sent) {
   if (command.kind == StimulationCommand::Kind::kPulse) {
     if (!pulses_) {
       pulses_ = std::make_unique<TimeSeries>(
-          file_, path_of(electrode_, "pulses"),
+          file_, path("pulses"),
           current(electrode_, "amplitude of one phase of each single pulse, in µA"));
     }
     pulses_->append(time_s, command.amplitude_uA);
@@ -112,6 +132,7 @@ void ElectrodeSeries::add(double time_s, const StimulationCommand& command) {
   amplitude_.append(time_s, command.amplitude_uA);
   frequency_.append(time_s, command.frequency_Hz);
   stops_.append(time_s, static_cast<double>(command.stop));
+  if (sent_) sent_->append(time_s, units::s_from(sent));
 }
 
 }  // namespace merkel::nwb

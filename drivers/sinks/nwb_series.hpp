@@ -1,6 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,19 +43,26 @@ class ProbeSeries {
 /// The stimulation commands of one electrode in /stimulus/presentation: amplitude and frequency of
 /// its updates, the reason for which everything was off (StimulationCommand::Stop; a series of its
 /// own, because Neo refuses files with the `control` of a series), and the amplitudes of its single
-/// pulses if there are any.
+/// pulses if there are any. Of commands that left, also when each passed the gate.
 class ElectrodeSeries {
  public:
-  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode);
+  enum class Of : std::uint8_t { kCommanded, kSent };
+  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of);
 
-  void add(double time_s, const StimulationCommand& command);
+  /// \param sent  SentCommand::sent
+  void add(double time_s, const StimulationCommand& command, std::chrono::nanoseconds sent);
 
  private:
+  [[nodiscard]] std::string verb() const;
+  [[nodiscard]] std::string path(const char* quantity) const;
+
   Hdf5File& file_;
   NwbContent::Electrode electrode_;
+  Of of_;
   TimeSeries amplitude_;
   TimeSeries frequency_;
   TimeSeries stops_;
+  std::unique_ptr<TimeSeries> sent_;
   std::unique_ptr<TimeSeries> pulses_;
 };
 

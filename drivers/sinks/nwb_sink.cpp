@@ -32,14 +32,9 @@ const std::vector<ChannelOf>& known_channels() {
         .unit = "meters",
         .conversion = 1e-3F,
         .meaning = "indentation depth, in mm",
-        .value = [](const Sample& sample) { return sample.depth_mm; },
-        .presses = true}},
+        .value = [](const Sample& sample) { return sample.depth_mm; }}},
       {Sample::kForce,
-       {.name = "force",
-        .unit = "newtons",
-        .meaning = "normal force, in N",
-        .value = force_N,
-        .presses = true}},
+       {.name = "force", .unit = "newtons", .meaning = "normal force, in N", .value = force_N}},
       {Sample::kX,
        {.name = "x",
         .unit = "meters",
@@ -92,6 +87,7 @@ NwbContent content_of(const SinkSetup& setup, NwbContent content) {
     content.patches.push_back(patch.name.empty() ? number : printable_text(patch.name));
   }
   content.scene = setup.run.scene;
+  content.tick = setup.run.model.tick;
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "scene_text") {
       content.scene_text = value;

@@ -21,20 +21,47 @@
 namespace merkel {
 namespace {
 
+using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr int kMostBins = 1000;
+constexpr milliseconds kReplyPatience{1000};  ///< without electrodes
+constexpr milliseconds kRejoinPatience{100};  ///< for a connection during a run
+constexpr nanoseconds kFirstRejoin{50'000'000};
+constexpr nanoseconds kLongestRejoin{1'000'000'000};
 
 /// Adds entries to Redis streams in batches.
 class StreamWriter {
  public:
   using Fields = std::vector<std::pair<std::string_view, std::string>>;
 
-  StreamWriter(RedisConnection connection, std::int64_t longest)
-      : connection_(std::move(connection)), longest_(std::to_string(longest)) {}
+  /// \param patience  for a reply
+  StreamWriter(Uri uri, bool allow_remote, milliseconds patience, std::int64_t longest)
+      : uri_(std::move(uri)),
+        allow_remote_(allow_remote),
+        patience_(patience),
+        longest_(std::to_string(longest)) {}
 
-  /// Queues an entry. An error shows in settle().
+  /// \param patience  for the connection
+  Expected<void, SetupError> connect(milliseconds patience) {
+    auto made = connect_to_redis(uri_, allow_remote_, patience);
+    if (!made) return Unexpected<SetupError>(made.error());
+    connection_ = std::move(*made);
+    const timeval reply{.tv_sec = patience_.count() / 1000,
+                        .tv_usec = patience_.count() % 1000 * 1000};
+    redisSetTimeout(connection_.get(), reply);
+    return {};
+  }
+  /// Discards what waits.
+  void disconnect() {
+    connection_.reset();
+    waiting_ = 0;
+  }
+  [[nodiscard]] bool connected() const noexcept { return connection_ != nullptr; }
+
+  /// Queues an entry, unless there is no connection. An error shows in settle().
   void add(const std::string& stream, const Fields& fields) {
+    if (!connected()) return;
     std::vector<std::string> arguments = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
     for (const auto& [name, value] : fields) {
       arguments.emplace_back(name);
@@ -65,6 +92,9 @@ class StreamWriter {
   }
 
  private:
+  Uri uri_;
+  bool allow_remote_;
+  milliseconds patience_;
   RedisConnection connection_;
   std::string longest_;
   int waiting_ = 0;
@@ -84,6 +114,10 @@ std::string bytes_of(Number number) {
 /// NODE_samples gets the samples of the first probe, NODE_samples_1 those of the second, …;
 /// NODE_spikes gets the spikes; NODE_counts the spikes per afferent and bin; NODE one entry per
 /// update of the electrodes; NODE_pulses one per pulse; NODE_state the node's states.
+///
+/// If the server does not answer within the watchdog, restarts, or refuses entries, the sink
+/// discards what comes, connects again with growing pauses, and begins with an off for all
+/// electrodes. The run and its other sinks go on.
 class RedisSink final : public Sink {
  public:
   RedisSink(std::string uri, std::string node, StreamWriter streams, const SinkSetup& setup,
@@ -97,47 +131,53 @@ class RedisSink final : public Sink {
         counts_(setup.neurons),
         probes_(setup.run.probes) {}
 
-  /// \return the error, or nothing
-  std::string announce() {
+  /// Connects and announces the node.
+  [[nodiscard]] Expected<void, SetupError> open() {
+    if (auto connected = streams_.connect(kReplyPatience); !connected) return connected;
     add_state("NODE_STARTED", {"parameters", encoding_});
-    return streams_.settle();
+    const std::string error = streams_.settle();
+    if (error.empty()) return {};
+    return unavailable("\"" + uri_ + "\": the Redis server refused: " + error);
   }
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord, DeliveredSample>;
+    return kKinds<SpikeEvent, SentCommand, TickRecord, DeliveredSample>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
+  void attach(RunControl& control) override { control_ = &control; }
+  [[nodiscard]] bool interrupted() override { return std::exchange(interrupted_, is_away()); }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     if (ready_) return {};
     ready_ = true;
     bin_start_ = origin.start;
     add_state("NODE_READY");
-    return settled();
+    settle();
+    return {};
   }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    if (!batch.ticks.empty()) newest_tick_ = batch.ticks.back().time;
+    const bool was_away = is_away();
+    if (was_away && !rejoin()) return {};
     for (std::uint32_t probe = 0; probe < probes_.size(); ++probe) {
       add_samples(probe, batch.samples);
     }
     add_spikes(batch.spikes);
-    for (const StimulationCommand& command : batch.commands) {
-      if (command.kind == StimulationCommand::Kind::kPulse) {
-        add_pulse(command);
-      } else {
-        take_update(command);
-      }
+    // Those that come with the end of an interruption are older than its off.
+    if (!was_away) {
+      for (const SentCommand& sent : batch.sent) add_command(sent);
     }
     // The ticks end bins without spikes.
     if (bin_.count() > 0 && !batch.ticks.empty()) end_bins(batch.ticks.back().time);
-    auto sent = settled();
-    if (sent) delivered_ += batch.spikes.size();
-    return sent;
+    if (settle()) delivered_ += batch.spikes.size();
+    return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override {
-    add_state("NODE_SHUTDOWN");
-    return settled();
+    if (!is_away()) add_state("NODE_SHUTDOWN");
+    if (!is_away() && settle()) return {};
+    return Unexpected<SinkError>(
+        {.sentence = uri_ + " failed: " + reason_ + "; check the Redis server and run again"});
   }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
@@ -187,11 +227,60 @@ class RedisSink final : public Sink {
                                      {"time_ns", times},
                                      {"neuron", neurons}});
   }
-  Expected<void, SinkError> settled() {
+  [[nodiscard]] bool is_away() const noexcept { return !streams_.connected(); }
+
+  /// Sends what was added. False if the server is away, from now on.
+  bool settle() {
     const std::string error = streams_.settle();
-    if (error.empty()) return {};
-    return Unexpected<SinkError>(
-        {.sentence = uri_ + " failed: " + error + "; check the Redis server and run again"});
+    if (error.empty()) return true;
+    streams_.disconnect();
+    interrupted_ = true;
+    reason_ = error;
+    pause_ = kFirstRejoin;
+    rejoin_at_ = read_clock_pair().monotonic + pause_;
+    if (!std::exchange(reported_, true)) {
+      report("it failed (" + reason_ +
+             "): its receivers get nothing, and stimulation is over there, until it answers; the "
+             "run and its other sinks go on");
+    }
+    return false;
+  }
+
+  /// Connects again if it is time for it. The first entry is an off.
+  bool rejoin() {
+    const nanoseconds now = read_clock_pair().monotonic;
+    if (now < rejoin_at_) return false;
+    const bool connected = streams_.connect(kRejoinPatience).has_value();
+    if (connected) {
+      add_off(now);
+      add_state("NODE_STARTED", {"parameters", encoding_});
+      add_state("NODE_READY");
+    }
+    const std::string error = connected ? streams_.settle() : "no answer";
+    if (!error.empty()) {
+      streams_.disconnect();
+      pause_ = std::min(2 * pause_, kLongestRejoin);
+      rejoin_at_ = read_clock_pair().monotonic + pause_;
+      return false;
+    }
+    reported_ = false;
+    report("it answers again: its receivers got an off, and amplitudes rise from 0");
+    return true;
+  }
+
+  void add_off(nanoseconds now) {
+    for (std::uint16_t e = 0; e < text_.electrodes(); ++e) {
+      add_command({.command = {.time = newest_tick_,
+                               .heartbeat = heartbeat_,
+                               .electrode = e,
+                               .stop = StimulationCommand::Stop::kSinkFailure},
+                   .sent = now,
+                   .valid_until = now});
+    }
+  }
+
+  void report(const std::string& what) {
+    if (control_ != nullptr) control_->notice(uri_ + ": " + what);
   }
 
   /// `code` and `status` are the fields of BRAND's own nodes.
@@ -221,21 +310,31 @@ class RedisSink final : public Sink {
     }
   }
 
-  void add_pulse(const StimulationCommand& command) {
+  void add_command(const SentCommand& sent) {
+    if (sent.command.kind == StimulationCommand::Kind::kPulse) return add_pulse(sent);
+    take_update(sent);
+  }
+
+  void add_pulse(const SentCommand& sent) {
+    const StimulationCommand& command = sent.command;
     streams_.add(node_ + "_pulses", {{"ts", sending_time()},
                                      {"sync", sync_of(command.time)},
                                      {"time_ns", std::to_string(command.time.count())},
                                      {"heartbeat", std::to_string(command.heartbeat)},
                                      {"electrode", text_.name(command)},
-                                     {"amplitude_uA", shortest_decimal(command.amplitude_uA)}});
+                                     {"amplitude_uA", shortest_decimal(command.amplitude_uA)},
+                                     {"sent_monotonic_ns", std::to_string(sent.sent.count())},
+                                     {"valid_until_ns", std::to_string(sent.valid_until.count())}});
   }
 
   /// The commands of an update arrive in the order of the electrodes; the last completes the entry.
-  void take_update(const StimulationCommand& command) {
+  void take_update(const SentCommand& sent) {
+    const StimulationCommand& command = sent.command;
     const char* const before = command.electrode == 0 ? "[" : ",";
     if (command.electrode == 0) {
       for (std::string* list : {&amplitudes_, &frequencies_, &stops_}) list->clear();
     }
+    heartbeat_ = command.heartbeat;
     amplitudes_.append(before).append(shortest_decimal(command.amplitude_uA));
     frequencies_.append(before).append(shortest_decimal(command.frequency_Hz));
     stops_.append(before).append("\"").append(name_of(command.stop)).append("\"");
@@ -246,7 +345,9 @@ class RedisSink final : public Sink {
                          {"heartbeat", std::to_string(command.heartbeat)},
                          {"amplitude_uA", amplitudes_ + "]"},
                          {"frequency_Hz", frequencies_ + "]"},
-                         {"stop", stops_ + "]"}});
+                         {"stop", stops_ + "]"},
+                         {"sent_monotonic_ns", std::to_string(sent.sent.count())},
+                         {"valid_until_ns", std::to_string(sent.valid_until.count())}});
   }
 
   static std::string sending_time() {
@@ -266,7 +367,15 @@ class RedisSink final : public Sink {
   std::string frequencies_;
   std::string stops_;
   bool ready_ = false;
-  nanoseconds bin_;  ///< 0: no counts
+  RunControl* control_ = nullptr;
+  bool interrupted_ = false;  ///< since the last look at interrupted()
+  bool reported_ = false;
+  std::string reason_;
+  nanoseconds pause_{0};      ///< before the next attempt to connect
+  nanoseconds rejoin_at_{0};  ///< on the host's monotonic clock
+  nanoseconds newest_tick_{0};
+  std::uint32_t heartbeat_ = 0;  ///< of the last update
+  nanoseconds bin_;              ///< 0: no counts
   nanoseconds bin_start_{0};
   std::vector<std::uint16_t> counts_;  ///< of the present bin, by neuron
   std::vector<ProbeInfo> probes_;
@@ -294,14 +403,15 @@ OpenedSink open_redis_sink(const Uri& uri, const SinkSetup& setup) {
                      "\": the option node must have 1 to 64 letters, digits, '_', '-', '.' or "
                      "':', because streams are named after it");
   }
-  auto connection = connect_to_redis(uri, setup.allow_remote);
-  if (!connection) return Unexpected<SetupError>(connection.error());
+  const auto& electrodes = setup.run.encoding.electrodes;
+  const milliseconds patience =
+      electrodes.empty() ? kReplyPatience
+                         : std::max(milliseconds{1}, std::chrono::duration_cast<milliseconds>(
+                                                         setup.run.encoding.stimulation.watchdog));
   auto sink = std::make_unique<RedisSink>(
-      uri.text, node, StreamWriter(std::move(*connection), longest), setup,
+      uri.text, node, StreamWriter(uri, setup.allow_remote, patience, longest), setup,
       std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double, std::milli>(bin_ms)));
-  if (const std::string error = sink->announce(); !error.empty()) {
-    return unavailable("\"" + uri.text + "\": the Redis server refused: " + error);
-  }
+  if (auto opened = sink->open(); !opened) return Unexpected<SetupError>(opened.error());
   return sink;
 }
 

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <cstdint>
 
+#include "drivers/stimulation_switch.hpp"
+
 namespace merkel {
 
 /// The position in a played session, shared by the player and controlling sinks. Thread: any.
@@ -13,6 +15,7 @@ struct SessionPosition {
   std::atomic<bool> paused{false};      ///< the playback stands still
   std::atomic<double> seek_s{-1.0};     ///< target of a seek, from the start; negative: none
   std::atomic<std::uint32_t> jumps{0};  ///< number of seeks of the player
+  StimulationSwitch stimulation;        ///< of the played commands
 };
 
 }  // namespace merkel

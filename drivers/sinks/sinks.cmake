@@ -1,9 +1,9 @@
-# The sinks that need a library: built if it is found, else the sink reports what to install.
+# The sinks and probes that need a library: built if it is found, else they report what to install.
 
 # merkel_optional_sink(HDF5 "libraries" "include folders" sources…)
 function(merkel_optional_sink name libraries includes)
   if("${libraries}${includes}" MATCHES "NOTFOUND")
-    message(STATUS "Without ${name}: its sink is not built")
+    message(STATUS "Without ${name}: its sinks and probes are not built")
     return()
   endif()
   target_sources(merkel_drivers PRIVATE ${ARGN})
@@ -22,6 +22,11 @@ find_library(MERKEL_HIREDIS_LIBRARY hiredis)
 merkel_optional_sink(HIREDIS "${MERKEL_HIREDIS_LIBRARY}" "${MERKEL_HIREDIS_INCLUDE}"
   probes/open_redis_device.cpp redis_connection.cpp sinks/redis_sink.cpp transports/redis_port.cpp)
 
+find_path(MERKEL_COMEDI_INCLUDE comedilib.h)
+find_library(MERKEL_COMEDI_LIBRARY comedi)
+merkel_optional_sink(COMEDI "${MERKEL_COMEDI_LIBRARY}" "${MERKEL_COMEDI_INCLUDE}"
+  probes/open_comedi_device.cpp transports/comedi_port.cpp)
+
 find_path(MERKEL_LIBLO_INCLUDE lo/lo.h)
 find_library(MERKEL_LIBLO_LIBRARY lo)
 merkel_optional_sink(LIBLO "${MERKEL_LIBLO_LIBRARY}" "${MERKEL_LIBLO_INCLUDE}"
@@ -31,7 +36,7 @@ find_path(MERKEL_HDF5_INCLUDE hdf5.h PATH_SUFFIXES hdf5/serial)
 find_library(MERKEL_HDF5_LIBRARY NAMES hdf5_serial hdf5)
 merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
   files/hdf5_file.cpp sinks/nwb_file.cpp sinks/nwb_objects.cpp sinks/nwb_series.cpp
-  sinks/nwb_sink.cpp sinks/sonata_file.cpp sinks/sonata_sink.cpp spike_files/hdf5_spikes.cpp)
+  sinks/nwb_sink.cpp sinks/sonata_file.cpp sinks/sonata_sink.cpp spike_files/nwb_spikes.cpp)
 
 find_package(LSL QUIET)
 set(MERKEL_WITH_LSL ${LSL_FOUND} CACHE INTERNAL "an installed merkel needs it too")

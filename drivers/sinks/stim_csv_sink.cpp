@@ -21,16 +21,15 @@ class StimCsvSink final : public FileSink {
         time_(time) {}
 
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<StimulationCommand>;
+    return kKinds<SentCommand>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    if (auto ready = begin({}); !ready || batch.commands.empty()) return ready;
+    if (auto ready = begin({}); !ready || batch.sent.empty()) return ready;
     rows_.clear();
-    for (StimulationCommand command : batch.commands) {
-      command.time = time_(command.time);
-      text_.append_row(rows_, command);
+    for (SentCommand sent : batch.sent) {
+      sent.command.time = time_(sent.command.time);
+      text_.append_row(rows_, sent);
     }
     return settle(file().write(rows_) && file().flush());
   }

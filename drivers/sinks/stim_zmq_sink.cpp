@@ -9,6 +9,8 @@
 namespace merkel {
 namespace {
 
+using std::chrono::nanoseconds;
+
 // Open Ephys' Event Broadcaster uses neither type.
 constexpr std::uint16_t kCommandMessage = 100;
 constexpr std::uint16_t kStimulationStart = 0x4D02;  ///< "\x02M"
@@ -28,9 +30,8 @@ class StimZmqSink final : public Sink {
   [[nodiscard]] ZmqPublisher& publisher() { return publisher_; }
   [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<StimulationCommand>;
+    return kKinds<SentCommand>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   [[nodiscard]] std::vector<pid_t> transport_threads() const override {
     return publisher_.threads();
   }
@@ -46,12 +47,12 @@ class StimZmqSink final : public Sink {
     bool complete = true;
     auto published = publisher_.publish([&](const auto& send) {
       const ClockPair now = read_clock_pair();
-      for (const StimulationCommand& command : batch.commands) {
+      for (const SentCommand& sent : batch.sent) {
         json_ = R"({"event_type":"stimulation","stream":)" + stream_ + ",";
-        text_.append_members(json_, command);
+        text_.append_members(json_, sent);
         json_ += R"(,"seq":)" + std::to_string(sequence_++);
-        json_ += R"(,"sent_monotonic_ns":)" + std::to_string(now.monotonic.count());
-        json_ += R"(,"sent_utc_ns":)" + std::to_string(now.utc.count()) + "}";
+        const auto age = sent.sent.count() == 0 ? nanoseconds{0} : now.monotonic - sent.sent;
+        json_ += R"(,"sent_utc_ns":)" + std::to_string((now.utc - age).count()) + "}";
         complete = send(head_, json_) && complete;
       }
     });

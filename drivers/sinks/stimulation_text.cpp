@@ -38,9 +38,14 @@ StimulationText::StimulationText(const EncodingParameters& encoding) {
   phases_us_.push_back(phase_us(encoding.stimulation.phase));
 }
 
-std::string StimulationText::csv_header() { return merkel::csv_header(kCommandColumns); }
+std::string StimulationText::older_csv_header() { return merkel::csv_header(kCommandColumns); }
 
-void StimulationText::append_row(std::string& text, const StimulationCommand& command) const {
+std::string StimulationText::csv_header() {
+  return older_csv_header() + ",sent_monotonic_ns,valid_until_ns";
+}
+
+void StimulationText::append_row(std::string& text, const SentCommand& sent) const {
+  const StimulationCommand& command = sent.command;
   for_each_column(kCommandColumns, [&](const auto& each) {
     if (each.name == "electrode") {
       text.append(name(command));
@@ -49,10 +54,12 @@ void StimulationText::append_row(std::string& text, const StimulationCommand& co
     }
     text += ',';
   });
-  text.back() = '\n';
+  text.append(std::to_string(sent.sent.count())).append(",");
+  text.append(std::to_string(sent.valid_until.count())).append("\n");
 }
 
-void StimulationText::append_members(std::string& text, const StimulationCommand& command) const {
+void StimulationText::append_members(std::string& text, const SentCommand& sent) const {
+  const StimulationCommand& command = sent.command;
   text.append(R"("kind":")").append(name_of(command.kind));
   text.append(R"(","electrode":)").append(json_string(name(command)));
   text.append(R"(,"amplitude_uA":)").append(shortest_decimal(command.amplitude_uA));
@@ -62,6 +69,8 @@ void StimulationText::append_members(std::string& text, const StimulationCommand
   text.append(R"(,"stop":")").append(name_of(command.stop)).append(R"(","timestamp":)");
   append_seconds(text, command.time);
   text.append(R"(,"time_ns":)").append(std::to_string(command.time.count()));
+  text.append(R"(,"sent_monotonic_ns":)").append(std::to_string(sent.sent.count()));
+  text.append(R"(,"valid_until_ns":)").append(std::to_string(sent.valid_until.count()));
 }
 
 std::string encoding_members(const EncodingParameters& encoding) {
@@ -74,7 +83,12 @@ std::string encoding_members(const EncodingParameters& encoding) {
     text.append(R"(,"amplitude_uA":)").append(json_list(each.amplitude_uA));
     text.append(R"(,"frequency_Hz":)").append(json_list(each.frequency_Hz));
     const ElectrodeLimits own = ElectrodeLimits::of(each, encoding.stimulation);
+    if (each.group) {
+      const Electrode& pattern = encoding.groups[*each.group].pattern;
+      text.append(R"(,"group":)").append(json_string(pattern.name));
+    }
     text.append(R"(,"phase_us":)").append(phase_us(own.phase));
+    text.append(R"(,"second_phase_us":)").append(phase_us(own.second_phase));
     text.append(R"(,"max_charge_nC":)").append(json_limit(own.max_charge_nC));
     text.append(R"(,"max_amplitude_uA":)").append(json_limit(own.max_amplitude_uA));
     text.append(R"(,"max_slope_uA_per_s":)").append(json_limit(own.max_slope_uA_per_s)).append("}");
@@ -82,7 +96,10 @@ std::string encoding_members(const EncodingParameters& encoding) {
   const StimulationParameters& limits = encoding.stimulation;
   text.append(R"(],"update_ms":)").append(shortest_decimal(units::ms_from(limits.update)));
   text.append(R"(,"phase_us":)").append(phase_us(limits.phase));
-  text.append(R"(,"max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
+  text.append(R"(,"interphase_us":)").append(phase_us(limits.interphase));
+  text.append(R"(,"polarity":")");
+  text.append(limits.polarity == Polarity::kCathodicFirst ? "cathodic_first" : "anodic_first");
+  text.append(R"(","max_charge_nC":)").append(shortest_decimal(limits.max_charge_nC));
   text.append(R"(,"max_total_uA":)").append(shortest_decimal(limits.max_total_uA));
   text.append(R"(,"max_slope_uA_per_s":)");
   text.append(limits.max_slope_uA_per_s ? shortest_decimal(*limits.max_slope_uA_per_s) : "null");

@@ -21,10 +21,9 @@ struct RecordedSpike {
   }
 };
 
-/// The spikes of a file of any format that merkel writes: CSV, GDF, a session (XDF), SONATA, NWB,
-/// or a Phy folder.
+/// The spikes of a CSV file, a session (XDF) or an NWB file.
 struct SpikeFile {
-  std::string format;                 ///< "CSV", "GDF", "XDF", "SONATA", "NWB" or "Phy"
+  std::string format;                 ///< "CSV", "XDF" or "NWB"
   std::vector<RecordedSpike> spikes;  ///< in order of time, ties by neuron
   /// Times count from the start of the run; false: the file does not describe its zero of time.
   bool from_start = false;
@@ -35,10 +34,9 @@ struct SpikeFile {
 [[nodiscard]] Expected<SpikeFile, SetupError> read_spike_file(const std::string& path);
 
 /// The readers of read_spike_file(), by format.
-[[nodiscard]] Expected<SpikeFile, SetupError> read_text_spikes(const std::string& path);
+[[nodiscard]] Expected<SpikeFile, SetupError> read_csv_spikes(const std::string& path);
 [[nodiscard]] Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path);
-[[nodiscard]] Expected<SpikeFile, SetupError> read_phy_spikes(const std::string& folder);
-/// SONATA and NWB; fails in a build without HDF5.
-[[nodiscard]] Expected<SpikeFile, SetupError> read_hdf5_spikes(const std::string& path);
+/// Fails in a build without HDF5.
+[[nodiscard]] Expected<SpikeFile, SetupError> read_nwb_spikes(const std::string& path);
 
 }  // namespace merkel

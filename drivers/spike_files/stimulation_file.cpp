@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string_view>
@@ -19,14 +21,30 @@ using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
 
 constexpr std::array kCommandKinds = {Kind::kUpdate, Kind::kPulse};
-constexpr std::array kStops = {Stop::kNone,        Stop::kReleased, Stop::kGap,  Stop::kNeuronReset,
-                               Stop::kSinkFailure, Stop::kEnd,      Stop::kStale};
+constexpr auto kStops = [] {
+  std::array<Stop, static_cast<std::size_t>(Stop::kLast) + 1> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Stop>(i);
+  return all;
+}();
 
 template <class Words>
 auto named(const Words& words, std::string_view name) {
   const auto found = std::find_if(words.begin(), words.end(),
                                   [&](const auto word) { return name_of(word) == name; });
   return found == words.end() ? std::nullopt : std::optional(*found);
+}
+
+/// Whole nanoseconds; 0 for a field that older files lack.
+std::optional<std::chrono::nanoseconds> parse_ns(std::string_view text) {
+  std::int64_t count = 0;
+  if (text.empty()) return std::chrono::nanoseconds{0};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  if (error != std::errc() || end != text.data() + text.size() || count < 0) return std::nullopt;
+  return std::chrono::nanoseconds{count};
+}
+
+bool is_command_header(std::string_view line) {
+  return line == StimulationText::csv_header() || line == StimulationText::older_csv_header();
 }
 
 /// A row, as StimulationText::append_row() writes it. Empty if it is not one.
@@ -38,8 +56,10 @@ std::optional<RecordedCommand> command_of(std::string_view row) {
   const auto frequency_Hz = parse_number(take_field(row));
   const auto heartbeat = parse_number(take_field(row));
   const auto stop = named(kStops, take_field(row));
+  const auto sent = parse_ns(take_field(row));
+  const auto valid_until = parse_ns(take_field(row));
   if (!time || electrode.empty() || !kind || !amplitude_uA || !frequency_Hz || !heartbeat ||
-      !stop || !row.empty()) {
+      !stop || !sent || !valid_until || !row.empty()) {
     return std::nullopt;
   }
   return RecordedCommand{.time = *time,
@@ -47,7 +67,8 @@ std::optional<RecordedCommand> command_of(std::string_view row) {
                          .kind = *kind,
                          .amplitude_uA = *amplitude_uA,
                          .frequency_Hz = *frequency_Hz,
-                         .stop = *stop};
+                         .stop = *stop,
+                         .sent = *sent};
 }
 
 void sort_by_time(std::vector<RecordedCommand>& commands) {
@@ -63,7 +84,7 @@ bool is_stimulation_csv(const std::string& path) {
   auto lines = LineReader::open(path);
   while (lines && lines->next() == LineReader::Outcome::kLine) {
     const std::string_view line = lines->line();
-    if (!line.empty() && !line.starts_with('#')) return line == StimulationText::csv_header();
+    if (!line.empty() && !line.starts_with('#')) return is_command_header(line);
   }
   return false;
 }
@@ -80,7 +101,7 @@ Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& pa
     if (line.empty()) continue;
     if (line.starts_with('#')) continue;
     if (!header_found) {
-      if (line != StimulationText::csv_header()) {
+      if (!is_command_header(line)) {
         return bad_input(lines->where() + "expected the header " + StimulationText::csv_header());
       }
       header_found = true;
@@ -105,25 +126,37 @@ Expected<StimulationFile, SetupError> read_session_commands(
   const auto origin = session_origin(session);
   if (!origin) return Unexpected<SetupError>(origin.error());
   StimulationFile file{.commands = {}, .from_start = true};
+  const auto add = [&](const StimulationCommand& command, std::chrono::nanoseconds sent,
+                       std::vector<RecordedCommand>& list) {
+    if (command.electrode >= electrodes.size()) return false;
+    list.push_back({.time = command.time - origin->start,
+                    .electrode = electrodes[command.electrode],
+                    .kind = command.kind,
+                    .amplitude_uA = command.amplitude_uA,
+                    .frequency_Hz = command.frequency_Hz,
+                    .stop = command.stop,
+                    .sent = sent});
+    return true;
+  };
+  const auto unknown = [&](const StimulationCommand& command) {
+    return bad_input(session.path() + " has a command for electrode " +
+                     std::to_string(command.electrode + 1) +
+                     ", which its scene does not have: the session is damaged");
+  };
   SessionChunk chunk;
   for (;;) {
     const auto more = session.next(chunk);
     if (!more) return Unexpected<SetupError>(more.error());
     if (!*more) break;
     for (const StimulationCommand& command : chunk.commands) {
-      if (command.electrode >= electrodes.size()) {
-        return bad_input(session.path() + " has a command for electrode " +
-                         std::to_string(command.electrode + 1) +
-                         ", which its scene does not have: the session is damaged");
-      }
-      file.commands.push_back({.time = command.time - origin->start,
-                               .electrode = electrodes[command.electrode],
-                               .kind = command.kind,
-                               .amplitude_uA = command.amplitude_uA,
-                               .frequency_Hz = command.frequency_Hz,
-                               .stop = command.stop});
+      if (!add(command, {}, file.commands)) return unknown(command);
+    }
+    for (const SentCommand& item : chunk.sent) {
+      if (item.refused_by != 0) continue;
+      if (!add(item.command, item.sent, file.sent)) return unknown(item.command);
     }
   }
+  sort_by_time(file.sent);
   sort_by_time(file.commands);
   return file;
 }

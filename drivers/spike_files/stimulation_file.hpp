@@ -19,11 +19,13 @@ struct RecordedCommand {
   double amplitude_uA = 0.0;
   double frequency_Hz = 0.0;
   StimulationCommand::Stop stop = StimulationCommand::Stop::kNone;
+  std::chrono::nanoseconds sent{0};  ///< SentCommand::sent; 0: unknown, or a virtual clock
 };
 
 /// The stimulation commands of a file.
 struct StimulationFile {
-  std::vector<RecordedCommand> commands;  ///< in order of time
+  std::vector<RecordedCommand> commands;   ///< in order of time
+  std::vector<RecordedCommand> sent = {};  ///< of a session: what left, in order of time
   /// Times count from the start of the run; false: the file does not describe its zero of time.
   bool from_start = false;
 };

@@ -85,6 +85,16 @@ SetupError port_error(const std::string& port, int error_number) {
     case EACCES:
     case EPERM: {
       const std::string group = group_of(port);
+      if (port.starts_with("/dev/comedi")) {
+        error.sentence = "no permission to open " + port + ": " +
+                         (group.empty() ? "install libcomedi0, whose udev rule gives it to the "
+                                          "group iocard, then load its driver again, and join "
+                                          "the group (sudo usermod -aG iocard $USER, then log in "
+                                          "again)"
+                                        : "join its group (sudo usermod -aG " + group +
+                                              " $USER, then log in again)");
+        return error;
+      }
       error.sentence =
           "no permission to open " + port + ": " +
           (group.empty()

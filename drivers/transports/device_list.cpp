@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include <unistd.h>
 
@@ -97,6 +98,27 @@ void list_usb(std::vector<DeviceEntry>& entries) {
   }
 }
 
+/// Data-acquisition cards, from the kernel's list: " 0: ni_pcimio  pci-6221  14".
+void list_comedi(std::vector<DeviceEntry>& entries) {
+  std::ifstream cards("/proc/comedi");
+  for (std::string line; std::getline(cards, line);) {
+    const auto first = line.find_first_not_of(' ');
+    const auto colon = line.find(':');
+    if (first == std::string::npos || colon == std::string::npos || colon == first) continue;
+    const std::string number = line.substr(first, colon - first);
+    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::istringstream words(line.substr(colon + 1));
+    DeviceEntry entry{
+        .uri = "comedi:/dev/comedi" + number, .name = {}, .serial_number = {}, .latency = {}};
+    std::string subdevices;  // the last word
+    for (std::string word; words >> word; subdevices = word) {
+      if (!subdevices.empty()) entry.name += (entry.name.empty() ? "" : " ") + subdevices;
+    }
+    check_access(entry, "/dev/comedi" + number);
+    entries.push_back(std::move(entry));
+  }
+}
+
 }  // namespace
 
 std::vector<DeviceEntry> list_devices() {
@@ -111,6 +133,7 @@ std::vector<DeviceEntry> list_devices() {
   }
   list_hid(entries);
   list_usb(entries);
+  list_comedi(entries);
   // A device may call itself anything.
   for (DeviceEntry& entry : entries) {
     entry.name = printable_text(entry.name);

@@ -15,8 +15,8 @@ struct DeviceEntry {
   std::string remedy;   ///< if not usable: what to do
 };
 
-/// Serial ports, HID devices and all USB devices except hubs. A device may appear with several
-/// URIs. Opens no device, because opening would reset some boards.
+/// Serial ports, HID devices, all USB devices except hubs, and data-acquisition cards. A device may
+/// appear with several URIs. Opens no device, because opening would reset some boards.
 [[nodiscard]] std::vector<DeviceEntry> list_devices();
 
 }  // namespace merkel

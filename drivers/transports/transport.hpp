@@ -19,6 +19,8 @@ struct TransportInfo {
   /// Datagrams of the device that cannot be of its protocol, by their length, and the newest one.
   std::uint64_t rejected = 0;
   std::string newest_rejected;
+  /// Times that the port lost data and began anew, before the bytes that follow.
+  std::uint64_t restarts = 0;
   /// Of a HID device, if the system provides it; else empty.
   std::vector<std::uint8_t> report_descriptor;
 };

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/units.hpp"
 #include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
@@ -14,7 +13,7 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 }  // namespace
 
 ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
-    : channel_(channel), parameters_(parameters) {
+    : channel_(channel), parameters_(parameters), mean_(channel.columns().taxels) {
   last_taxels_.resize(channel.columns().taxels);
   taxels_.resize(channel.columns().taxels);
 }
@@ -22,8 +21,14 @@ ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
 void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
   for (const ReadingHead* next = channel_.front(); next != nullptr && next->time <= time;
        next = channel_.front()) {
-    (next->time <= simulated_ ? channel_.late : channel_.used).add();
+    const bool late = next->time <= simulated_;
+    (late ? channel_.late : channel_.used).add();
     last_ = channel_.front_sample();
+    if (!late && parameters_.decimate == Decimate::kMean) {
+      // An array that does not touch has no pressures.
+      mean_.add(contact_of(*last_), last_->touch,
+                is_out(*last_) ? std::span<const double>{} : channel_.front_taxels());
+    }
     if (estimate_) estimate_->add(*last_);
     std::ranges::transform(channel_.front_taxels(), last_taxels_.begin(),
                            [](double kPa) { return static_cast<float>(kPa); });
@@ -56,9 +61,16 @@ ProbeInput::Counts ProbeInput::counts() const noexcept {
           .released_ticks = channel_.released_ticks.value()};
 }
 
+/// Whether a sample is below the threshold of contact.
+bool ProbeInput::is_out(const ProbeSample& sample) const noexcept {
+  return sample.touch == Touch::kFree && parameters_.contact.has_threshold();
+}
+
 ContactInput ProbeInput::contact_of(const ProbeSample& sample) const noexcept {
-  return {.depth_mm = sample.depth_mm,
-          .force_mN = parameters_.invert_force ? -sample.force_mN : sample.force_mN,
+  const double force_mN = parameters_.contact.invert_force ? -sample.force_mN : sample.force_mN;
+  const bool free = is_out(sample);
+  return {.depth_mm = free ? std::min(sample.depth_mm, 0.0) : sample.depth_mm,
+          .force_mN = free ? std::min(force_mN, 0.0) : force_mN,
           .x_mm = sample.has(ProbeSample::kX) ? sample.x_mm : parameters_.x_mm,
           .y_mm = sample.has(ProbeSample::kY) ? sample.y_mm : parameters_.y_mm};
 }
@@ -68,24 +80,38 @@ ContactInput ProbeInput::released(const ContactInput& last) const noexcept {
 }
 
 ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
+  const bool first = simulated_ == std::chrono::nanoseconds::min();
   Reading reading = reading_at(time);
-  if (parameters_.contact_N > 0.0 && last_ && last_->has(ProbeSample::kForce)) {
-    apply_threshold(reading.contact);
-    if (!touching_) last_share_ = next_share_ = 0.0F;
-  }
+  if (first) mean_.clear();  // they may be of any time before
+  if (uses_mean()) reading.contact = mean_.contact();
+  reading.touch = touch_of(reading.contact);
   blend_taxels();
-  const bool touches = reading.contact.depth_mm > 0.0 || reading.contact.force_mN > 0.0;
+  mean_.clear();
+  const bool touches = reading.touch == Touch::kTouching;
   if (!touches) touch_began_.reset();
   if (touches && !touch_began_) touch_began_ = time;
   channel_.touch_ns.store(touches ? (time - *touch_began_).count() : 0, std::memory_order_relaxed);
   channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
   channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
+  channel_.zero_uncertain.store((reading.doubts & ProbeSample::kZeroUncertain) != 0U,
+                                std::memory_order_relaxed);
   channel_.state.store(reading.state, std::memory_order_relaxed);
   return reading;
 }
 
+/// Whether several samples of the tick are averaged; a released probe has none.
+bool ProbeInput::uses_mean() const noexcept {
+  return mean_.several() && last_share_ + next_share_ > 0.0F;
+}
+
 void ProbeInput::blend_taxels() noexcept {
   if (taxels_.empty()) return;
+  if (uses_mean()) {
+    for (std::size_t i = 0; i < taxels_.size(); ++i) taxels_[i] = mean_.taxel(i);
+    return;
+  }
+  if (last_ && is_out(*last_)) last_share_ = 0.0F;
+  if (next_share_ > 0.0F && is_out(channel_.front_sample())) next_share_ = 0.0F;
   // The next sample exists only if it has a share.
   const std::span<const double> next =
       next_share_ > 0.0F ? channel_.front_taxels() : std::span<const double>{};
@@ -95,11 +121,14 @@ void ProbeInput::blend_taxels() noexcept {
   }
 }
 
-void ProbeInput::apply_threshold(ContactInput& contact) noexcept {
-  touching_ = contact.force_mN >= (touching_ ? 0.5 : 1.0) * units::mN_from_N(parameters_.contact_N);
-  if (touching_) return;
-  contact.force_mN = std::min(contact.force_mN, 0.0);
-  contact.depth_mm = std::min(contact.depth_mm, 0.0);
+/// The touch of a reading is that of its samples, unless it has none yet.
+Touch ProbeInput::touch_of(const ContactInput& contact) const noexcept {
+  if (!(contact.depth_mm > 0.0 || contact.force_mN > 0.0)) return Touch::kFree;
+  Touch touch = last_ && last_share_ > 0.0F ? last_->touch : Touch::kUndecided;
+  // The next sample exists only if it has a share.
+  if (next_share_ > 0.0F) touch = std::max(touch, channel_.front_sample().touch);
+  if (uses_mean()) touch = mean_.touch();
+  return touch == Touch::kUndecided ? Touch::kTouching : touch;
 }
 
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {
@@ -113,19 +142,21 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
   if (!last_) {
     if (next != nullptr) {
       next_share_ = 1.0F;
-      return {contact_of(channel_.front_sample()), State::kFollowing};
+      const ProbeSample first = channel_.front_sample();
+      return {contact_of(first), State::kFollowing, first.doubts()};
     }
     channel_.released_ticks.add();
     return {{.x_mm = parameters_.x_mm, .y_mm = parameters_.y_mm}, State::kReleased};
   }
   const ContactInput before = contact_of(*last_);
   last_share_ = 1.0F;
-  if (last_->time == time) return {before, State::kFollowing};
+  if (last_->time == time) return {before, State::kFollowing, last_->doubts()};
   const auto valid_for = valid_for_last();
   const bool unlimited = valid_for.count() == 0;
   if (next != nullptr && (unlimited || next->time - last_->time <= valid_for)) {
-    if (!parameters_.interpolate) return {before, State::kFollowing};
-    const ContactInput after = contact_of(channel_.front_sample());
+    if (!parameters_.interpolate) return {before, State::kFollowing, last_->doubts()};
+    const ProbeSample later = channel_.front_sample();
+    const ContactInput after = contact_of(later);
     const double fraction = static_cast<double>((time - last_->time).count()) /
                             static_cast<double>((next->time - last_->time).count());
     next_share_ = static_cast<float>(fraction);
@@ -135,7 +166,8 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
              .force_mN = between(before.force_mN, after.force_mN),
              .x_mm = between(before.x_mm, after.x_mm),
              .y_mm = between(before.y_mm, after.y_mm)},
-            State::kFollowing};
+            State::kFollowing,
+            static_cast<std::uint8_t>(last_->doubts() | later.doubts())};
   }
   const bool over = ended && next == nullptr;
   if (time - last_->time > (unlimited ? kAfterTheEnd : valid_for) && (over || !unlimited)) {
@@ -144,9 +176,11 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
     return {released(before), over ? State::kEnded : State::kReleased};
   }
   // Without interpolation, only the newest sample is needed.
-  if (!over && !parameters_.interpolate) return {before, State::kFollowing};
+  if (!over && !parameters_.interpolate) {
+    return {before, State::kFollowing, last_->doubts()};
+  }
   if (!over) channel_.held_ticks.add();
-  return {before, over ? State::kEnded : State::kHeld};
+  return {before, over ? State::kEnded : State::kHeld, last_->doubts()};
 }
 
 std::chrono::nanoseconds ProbeInput::valid_for_last() const noexcept {

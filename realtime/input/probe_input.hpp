@@ -11,7 +11,9 @@
 #include "core/records/contact_input.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/tick_record.hpp"
+#include "realtime/input/contact_decision.hpp"
 #include "realtime/input/delay_estimate.hpp"
+#include "realtime/input/tick_mean.hpp"
 
 namespace merkel {
 
@@ -19,33 +21,37 @@ struct ProbeChannel;
 
 /// Converts one probe's samples into its contact at increasing times.
 ///
-/// Between two samples, the contact is their linear interpolation (or the first of them). Before
-/// the first sample, the first sample applies. Every sample has a period of validity. If no other
+/// Between two samples, the contact is their linear interpolation (or the first of them). If
+/// several samples lie between two times, it may be the mean of all of these (Decimate). Before the
+/// first sample, the first sample applies. Every sample has a period of validity. If no other
 /// sample follows within it, the probe is released (depth and force 0) until the next sample's
 /// time. If no sample beyond the requested time has arrived yet, the last one is held. The rule
 /// depends only on the samples, so a recording gives the same result as the live run whenever
-/// nothing was late. A force below contact_N does not touch: depth and force are then 0 or
-/// negative. Real-time: yes.
+/// nothing was late. Of a probe with a threshold of contact, a sample that does not touch has a
+/// depth and force of 0 or less. Real-time: yes.
 class ProbeInput {
  public:
+  /// The contact of a tick in which several samples lie: by the last of them, or their mean.
+  enum class Decimate : std::uint8_t { kLast, kMean };
   struct Parameters {
     /// Overrides ProbeSample::valid_for of the samples; 0: never released.
     std::optional<std::chrono::nanoseconds> stale_after;
     /// Whether to interpolate linearly between two samples; if not, the first of them is held.
     bool interpolate = true;
+    Decimate decimate = Decimate::kLast;
     double held_share = 0.001;  ///< share of the ticks that the delay of the loop may hold
     std::optional<std::chrono::nanoseconds> max_delay;  ///< default: SampleTiming::delay_ceiling()
     /// Position of the probe if its samples have no position.
     double x_mm = 15.0;
     double y_mm = 10.0;
-    bool invert_force = false;  ///< for a sensor that reports compression as negative
-    /// A measured force that begins a contact, which ends at half of it; 0: any positive force.
-    double contact_N = 0.0;
+    ContactDecision::Parameters contact;
   };
   using State = TickRecord::State;
   struct Reading {
     ContactInput contact;
     State state = State::kFollowing;
+    std::uint8_t doubts = 0;     ///< of the samples that it rests on: ProbeSample::Doubt bits
+    Touch touch = Touch::kFree;  ///< of the samples that have a share in it
   };
   struct Counts {
     std::uint64_t used = 0;            ///< samples that had arrived when their time was simulated
@@ -98,7 +104,9 @@ class ProbeInput {
   void consume_until(std::chrono::nanoseconds time) noexcept;
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
   [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
-  void apply_threshold(ContactInput& contact) noexcept;
+  [[nodiscard]] bool is_out(const ProbeSample& sample) const noexcept;
+  [[nodiscard]] Touch touch_of(const ContactInput& contact) const noexcept;
+  [[nodiscard]] bool uses_mean() const noexcept;
   void blend_taxels() noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;
 
@@ -111,7 +119,7 @@ class ProbeInput {
   /// The shares of the last sample and of the next one in the reading.
   float last_share_ = 0.0F;
   float next_share_ = 0.0F;
-  bool touching_ = false;                                ///< by contact_N
+  TickMean mean_;  ///< of the samples since the time read last
   std::optional<std::chrono::nanoseconds> touch_began_;  ///< the present touch
   std::chrono::nanoseconds simulated_ = std::chrono::nanoseconds::min();
 };

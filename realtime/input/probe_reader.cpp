@@ -8,12 +8,15 @@
 #include "realtime/threads/serving_priority.hpp"
 namespace merkel {
 
-ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters)
+ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers,
+                         std::vector<Feed<SyncEdge>*> edges, Parameters parameters)
     : probe_(probe),
       receivers_(std::move(receivers)),
+      edges_(std::move(edges)),
       parameters_(parameters),
       thread_([this](const std::stop_token& stop) {
         read_all(stop);
+        for (auto* const feed : edges_) feed->end();
         for (const Receivers& each : receivers_) {
           each.channel->ended.store(true, std::memory_order_release);
           for (auto* const feed : each.feeds) feed->end();
@@ -46,15 +49,26 @@ void ProbeReader::push_to_feeds(const ReadingHead& head, std::span<const double>
   for (const Receivers& each : receivers_) {
     const ProbeColumns& columns = each.channel->columns();
     if (!columns.measured_in(row)) continue;
-    for (auto* const feed : each.feeds) {
-      while (!feed->try_push(head, row.subspan(columns.first))) {
-        if (!parameters_.wait_for_sinks || stop.stop_requested()) {
-          feed->drop();
-          break;
-        }
-        std::this_thread::sleep_for(std::chrono::microseconds{100});
-      }
+    for (auto* const feed : each.feeds) push(*feed, stop, head, row.subspan(columns.first));
+  }
+}
+
+void ProbeReader::push_edges(std::span<const SyncEdge> edges, const std::stop_token& stop) {
+  for (SyncEdge edge : edges) {
+    edge.time += parameters_.shift;
+    edge.probe = receivers_.front().probe;
+    for (auto* const feed : edges_) push(*feed, stop, edge);
+  }
+}
+
+template <class... Record>
+void ProbeReader::push(auto& feed, const std::stop_token& stop, const Record&... record) {
+  while (!feed.try_push(record...)) {
+    if (!parameters_.wait_for_sinks || stop.stop_requested()) {
+      feed.drop();
+      return;
     }
+    std::this_thread::sleep_for(std::chrono::microseconds{100});
   }
 }
 
@@ -70,13 +84,20 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       bad_input_ = count.error() == ProbeError::kBadData;
       return;
     }
+    push_edges(readings.edges(), stop);
     for (std::size_t i = 0; i < readings.size(); ++i) {
       ReadingHead& head = readings.head(i);
-      const std::span<const double> row = readings.row(i);
+      const std::span<double> row = readings.row(i);
       head.time += parameters_.shift;
       head.arrival += parameters_.shift;
       for (const Receivers& each : receivers_) {
-        if (!each.channel->columns().measured_in(row)) continue;
+        const ProbeColumns& columns = each.channel->columns();
+        if (!columns.measured_in(row)) continue;
+        if (each.contact != nullptr) {
+          ProbeSample sample = columns.sample(head, row);
+          each.contact->decide(sample);
+          columns.put(sample, row);
+        }
         each.channel->newest_ns.store(std::min(head.time, head.arrival).count(),
                                       std::memory_order_relaxed);
       }

@@ -11,6 +11,7 @@
 
 #include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
+#include "realtime/input/contact_decision.hpp"
 #include "realtime/input/probe_channel.hpp"
 #include "realtime/queues/feed.hpp"
 #include "realtime/threads/thread_setup.hpp"
@@ -18,13 +19,16 @@
 namespace merkel {
 
 /// The thread of one device: reads its readings and puts them into the ring to the loop, and the
-/// samples of its probes into the sinks' feeds. A recording waits while the ring is full. Readings
-/// of a device are dropped and counted when it is full.
+/// samples of its probes into the sinks' feeds. Decides for each sample whether it touches. A
+/// recording waits while the ring is full. Readings of a device are dropped and counted when it is
+/// full.
 class ProbeReader {
  public:
   /// The receivers of one output.
   struct Receivers {
     ProbeChannel* channel = nullptr;
+    ContactDecision* contact = nullptr;         ///< null: undecided
+    std::uint32_t probe = 0;                    ///< its number, from 0
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples
   };
   struct Parameters {
@@ -37,7 +41,9 @@ class ProbeReader {
   };
 
   /// Starts reading. \param receivers  one for each output of the probe
-  ProbeReader(Probe& probe, std::vector<Receivers> receivers, Parameters parameters);
+  /// \param edges  of sinks that take the edges of sync lines
+  ProbeReader(Probe& probe, std::vector<Receivers> receivers, std::vector<Feed<SyncEdge>*> edges,
+              Parameters parameters);
   ProbeReader(const ProbeReader&) = delete;
   ProbeReader& operator=(const ProbeReader&) = delete;
   /// Stops and joins.
@@ -56,9 +62,13 @@ class ProbeReader {
   bool deliver(const ReadingHead& head, std::span<const double> row, const std::stop_token& stop);
   void push_to_feeds(const ReadingHead& head, std::span<const double> row,
                      const std::stop_token& stop);
+  void push_edges(std::span<const SyncEdge> edges, const std::stop_token& stop);
+  template <class... Record>
+  void push(auto& feed, const std::stop_token& stop, const Record&... record);
 
   Probe& probe_;
   std::vector<Receivers> receivers_;
+  std::vector<Feed<SyncEdge>*> edges_;
   Parameters parameters_;
   std::string error_message_;
   bool bad_input_ = false;

@@ -58,7 +58,8 @@ class FixedStepLoop {
     std::optional<std::chrono::nanoseconds>
         duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
-    StimulationEncoder* encoder = nullptr;        ///< null: no electrodes; borrowed
+    StimulationEncoder* encoder = nullptr;  ///< null: no electrodes; borrowed
+    bool without_gate = false;  ///< receivers get commands that are never valid: a virtual clock
     BoundedQueue<TickTiming>* timings = nullptr;  ///< receives one item per tick with spikes
   };
 
@@ -77,6 +78,7 @@ class FixedStepLoop {
         taxel_blocks_(blocks_of(inputs)),
         records_(inputs.size()),
         released_since_(inputs.size()),
+        uncertain_since_(inputs.size()),
         tally_(model) {}
 
   /// Runs until the probes' streams end, the duration is over, or `stop` is set.
@@ -216,7 +218,9 @@ class FixedStepLoop {
                      .probe = static_cast<std::uint32_t>(i),
                      .late = static_cast<std::uint16_t>(
                          std::min<std::uint64_t>(inputs_[i].counts().late - late_before, 0xFFFF)),
-                     .state = reading.state};
+                     .state = reading.state,
+                     .doubts = reading.doubts,
+                     .touch = reading.touch};
       // During an outage, `arrival` is that of the last sample before it, so it is not recorded.
       const auto arrival = inputs_[i].last_arrival();
       if (arrival && on_time_ && reading.state == ProbeInput::State::kFollowing) {
@@ -225,6 +229,7 @@ class FixedStepLoop {
         statistics_.tick_end.record(timing.end - *inputs_[i].last_time());
       }
       follow_release(i, reading.state, timing.end, last_sample);
+      follow_zero(i, reading.doubts, timing.end);
       if (!inputs_[i].taxels().empty()) model_.set_taxels(i, inputs_[i].taxels());
     }
   }
@@ -253,9 +258,19 @@ class FixedStepLoop {
   void publish(std::span<const StimulationCommand> commands) noexcept {
     if (step_.encoder() == nullptr) return;
     fanout_.publish(commands, clock_);
+    for (const StimulationCommand& command : commands) {
+      const SentCommand unsent{.command = command};
+      if (parameters_.without_gate) fanout_.publish(std::span(&unsent, 1), clock_);
+    }
     statistics_.commands.add(commands.size());
     statistics_.commands_limited.raise_to(step_.encoder()->clippings().all());
     statistics_.stimulation_stops.raise_to(step_.encoder()->stops());
+    const StimulatorSteps::Counts& rounding = step_.encoder()->rounding();
+    if (rounding.rounded == 0) return;
+    statistics_.commands_rounded.raise_to(rounding.rounded);
+    statistics_.largest_rounding_nA.raise_to(static_cast<std::uint64_t>(1e3 * rounding.largest_uA));
+    statistics_.largest_rounding_mHz.raise_to(
+        static_cast<std::uint64_t>(1e3 * rounding.largest_Hz));
   }
 
   /// Counts what a tick made and how long it took.
@@ -322,6 +337,18 @@ class FixedStepLoop {
     since.reset();
   }
 
+  /// Reports when the zero of a probe becomes uncertain, and when it is certain again.
+  void follow_zero(std::size_t probe, std::uint8_t doubts, std::chrono::nanoseconds time) noexcept {
+    const bool uncertain = (doubts & ProbeSample::kZeroUncertain) != 0U;
+    auto& since = uncertain_since_[probe];
+    if (uncertain == since.has_value()) return;
+    raise({.time = time,
+           .length = uncertain ? std::chrono::nanoseconds{0} : time - *since,
+           .subject = static_cast<std::uint32_t>(probe),
+           .kind = uncertain ? LoopEvent::Kind::kZeroUncertain : LoopEvent::Kind::kZeroCertain});
+    since = uncertain ? std::optional(time) : std::nullopt;
+  }
+
   void raise(const LoopEvent& event) noexcept {
     if (!events_.try_push(event)) statistics_.events_dropped.add();
     fanout_.publish(std::span<const LoopEvent>(&event, 1), clock_);
@@ -338,6 +365,7 @@ class FixedStepLoop {
   std::vector<TaxelBlocks> taxel_blocks_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
+  std::vector<std::optional<std::chrono::nanoseconds>> uncertain_since_;  ///< zeros
   RunTally tally_;
   std::chrono::nanoseconds now_{0};     ///< when the clock was last read
   std::chrono::nanoseconds rested_{0};  ///< when the loop last waited

@@ -31,12 +31,14 @@ struct PressRange {
 /// yes. Thread: simulation.
 class PressWatch {
  public:
-  /// \param input  of a tick; \param deepest_mm  deepest press so far, this tick included; of a
+  /// \param input  of a tick. \param touches  whether the probe touches. \param deepest_mm  deepest
+  ///     press so far, this tick included; of a
   ///     tactile array, the largest force in mN
-  void observe(const ContactInput& input, double deepest_mm, std::chrono::nanoseconds begin,
+  void observe(const ContactInput& input, bool touches, double deepest_mm,
+               std::chrono::nanoseconds begin,
                std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {
-    observe_range(input, begin, end);
-    if (!(input.depth_mm > 0.0 || input.force_mN > 0.0)) {
+    observe_range(input, touches, begin, end);
+    if (!touches) {
       began_.reset();
       return;
     }
@@ -63,14 +65,14 @@ class PressWatch {
 
  private:
   static constexpr double kMuchDeeper = 1.05;
-  static constexpr std::chrono::milliseconds kBrief{10};
+  static constexpr std::chrono::milliseconds kBrief{15};  ///< a contact ends 10 ms after its force
 
-  void observe_range(const ContactInput& input, std::chrono::nanoseconds begin,
+  void observe_range(const ContactInput& input, bool touches, std::chrono::nanoseconds begin,
                      std::chrono::nanoseconds end) noexcept MERKEL_REALTIME {
     range_.least_force_mN = std::min(range_.least_force_mN, input.force_mN);
     range_.most_force_mN = std::max(range_.most_force_mN, input.force_mN);
     range_.most_depth_mm = std::max(range_.most_depth_mm, input.depth_mm);
-    if (!(input.depth_mm > 0.0 || input.force_mN > 0.0)) {
+    if (!touches) {
       if (began_ && begin - *began_ < kBrief) ++range_.brief_touches;
       return;
     }

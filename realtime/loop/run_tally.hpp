@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -22,24 +23,28 @@ class RunTally {
       : presses_(model.indenters()),
         spikes_of_neuron_(model.neurons()),
         contact_spikes_of_neuron_(model.neurons()),
-        contact_ticks_of_patch_(model.patches().size()) {}
+        contact_ticks_of_patch_(model.patches().size()),
+        touched_(model.patches().size()) {}
 
   /// Adds a tick, after the model's step. \param records  one per probe
   void follow(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,
               const TactileModel& model) noexcept MERKEL_REALTIME {
+    std::fill(touched_.begin(), touched_.end(), false);
     for (std::size_t i = 0; i < presses_.size(); ++i) {
       const ContactState& deepest = model.deepest()[i].contact;
-      const bool array = model.parameters().indenters[i].prescribed();
+      const bool array = model.parameters().indenters[i].taxels() != nullptr;
       const auto end = records[i].time;
-      presses_[i].observe(records[i].contact, array ? deepest.force_mN : deepest.depth_mm,
+      presses_[i].observe(records[i].contact, touches(records[i]),
+                          array ? deepest.force_mN : deepest.depth_mm,
                           end - model.parameters().tick, end);
+      if (touches(records[i])) touched_[model.parameters().indenters[i].patch] = true;
     }
     for (const SpikeEvent& spike : spikes) {
       ++spikes_of_neuron_[spike.neuron - 1];
-      if (model.touched(spike.patch)) ++contact_spikes_of_neuron_[spike.neuron - 1];
+      if (touched_[spike.patch]) ++contact_spikes_of_neuron_[spike.neuron - 1];
     }
     for (std::size_t i = 0; i < contact_ticks_of_patch_.size(); ++i) {
-      if (model.touched(i)) ++contact_ticks_of_patch_[i];
+      if (touched_[i]) ++contact_ticks_of_patch_[i];
     }
   }
 
@@ -62,6 +67,7 @@ class RunTally {
   std::vector<std::uint64_t> spikes_of_neuron_;
   std::vector<std::uint64_t> contact_spikes_of_neuron_;
   std::vector<std::uint64_t> contact_ticks_of_patch_;
+  std::vector<bool> touched_;  ///< patches in this tick
 };
 
 }  // namespace merkel

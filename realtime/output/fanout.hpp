@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <semaphore>
 #include <span>
 #include <vector>
 
@@ -50,12 +51,10 @@ struct ConsumerChannel {
   std::atomic<bool> ended{false};  ///< set after the loop's last record
   std::array<std::atomic<std::uint32_t>, RunControl::kMostWatched> watched{};  ///< neurons; 0: none
   std::atomic<bool> commands_failed{
-      false};  ///< set by the consumer when it can no longer take commands
-  /// Counted by the consumer: what its gate did with commands (StimulationGate::Counts).
-  Counter commands_withheld;
-  Counter commands_slowed;
-  Counter stale_stops;
-  const PublishBeat& beat;  ///< for waiting until new records are due
+      false};                ///< set by the consumer when it can no longer take commands
+  Counter commands_refused;  ///< counted by the consumer (StimulationOutlet)
+  std::counting_semaphore<> new_commands{0};  ///< released by the gate after each look
+  const PublishBeat& beat;                    ///< for waiting until new records are due
 };
 
 /// Sends the loop's records to every consumer that takes them.
@@ -103,9 +102,11 @@ class Fanout {
   /// Whether a consumer of commands has failed or lost one. Real-time: yes. Thread: any.
   [[nodiscard]] bool commands_failed() const noexcept MERKEL_REALTIME {
     return std::any_of(channels_.begin(), channels_.end(), [](const auto& channel) {
-      return channel->template takes<StimulationCommand>() &&
+      return (channel->template takes<StimulationCommand>() ||
+              channel->template takes<SentCommand>()) &&
              (channel->commands_failed.load(std::memory_order_relaxed) ||
-              channel->template dropped<StimulationCommand>() > 0);
+              channel->template dropped<StimulationCommand>() > 0 ||
+              channel->template dropped<SentCommand>() > 0);
     });
   }
   /// Records of a kind dropped because a consumer's feed was full. Thread: any, once the loop runs.
@@ -115,13 +116,11 @@ class Fanout {
     for (const auto& channel : channels_) sum += channel->dropped<Record>();
     return sum;
   }
-  /// Adds what the gates of all consumers did with commands. Thread: any, once the loop runs.
-  void add_gates_to(RunCounters& counters) const {
-    for (const auto& channel : channels_) {
-      counters.commands_withheld += channel->commands_withheld.value();
-      counters.commands_slowed += channel->commands_slowed.value();
-      counters.stale_stops += channel->stale_stops.value();
-    }
+  /// Commands that sinks did not pass on. Thread: any, once the loop runs.
+  [[nodiscard]] std::uint64_t refused() const noexcept {
+    std::uint64_t sum = 0;
+    for (const auto& channel : channels_) sum += channel->commands_refused.value();
+    return sum;
   }
   /// Announces to every consumer, without waking it, that a tick's spikes are in the queues at
   /// `time`, `after_due` after the tick was due. Real-time: yes. Thread: simulation.

@@ -22,7 +22,8 @@ StimulationGate::Moment RunWatch::moment(std::span<nanoseconds> newest) const no
           .wall_offset = nanoseconds{wall_offset_.load(std::memory_order_relaxed)},
           .delay = nanoseconds{delay_.load(std::memory_order_relaxed)},
           .last_tick = last_tick,
-          .newest = newest};
+          .newest = newest,
+          .stopped = stimulation_.stopped() != StimulationSwitch::By::kNone};
 }
 
 }  // namespace merkel

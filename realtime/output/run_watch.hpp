@@ -9,13 +9,15 @@
 
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/encoding/stimulation_gate.hpp"
+#include "core/records/run_counters.hpp"
+#include "drivers/sink.hpp"
 #include "realtime/clocks/publish_beat.hpp"
 #include "realtime/input/probe_channel.hpp"
 
 namespace merkel {
 
-/// The signs of life of a run, from which the sinks' gates decide whether commands may leave. Each
-/// gate reads them by itself, so they do not depend on the loop.
+/// The signs of life of a run, from which its gate decides whether commands may leave. It reads
+/// them by itself, so they do not depend on the loop.
 class RunWatch {
  public:
   /// \param beat   of the loop's fan-out
@@ -24,7 +26,7 @@ class RunWatch {
   RunWatch(const PublishBeat& beat, const std::atomic<std::int64_t>& delay)
       : beat_(beat), delay_(delay) {}
 
-  /// The parameters of the gates. Call it before the sinks start. Without it there are no gates.
+  /// The parameters of the gate. Call it before the sinks start.
   void guard(const EncodingParameters& encoding, std::chrono::nanoseconds tick,
              std::size_t patches) {
     encoding_ = &encoding;
@@ -40,7 +42,21 @@ class RunWatch {
     wall_offset_.store(offset.count(), std::memory_order_relaxed);
   }
 
-  [[nodiscard]] bool guarded() const noexcept { return encoding_ != nullptr; }
+  /// What the gate has done so far. Thread: the gate's.
+  void count(const StimulationGate::Counts& counts) noexcept {
+    withheld_.store(counts.withheld, std::memory_order_relaxed);
+    slowed_.store(counts.slowed, std::memory_order_relaxed);
+    stale_.store(counts.stale, std::memory_order_relaxed);
+  }
+  /// Thread: any.
+  void add_to(RunCounters& counters) const noexcept {
+    counters.commands_withheld = withheld_.load(std::memory_order_relaxed);
+    counters.commands_slowed = slowed_.load(std::memory_order_relaxed);
+    counters.stale_stops = stale_.load(std::memory_order_relaxed);
+  }
+  /// Thread: any.
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept { return stimulation_; }
+  [[nodiscard]] const EncodingParameters& encoding() const noexcept { return *encoding_; }
   [[nodiscard]] StimulationGate make_gate() const { return StimulationGate(*encoding_, tick_); }
   [[nodiscard]] std::size_t patches() const noexcept { return devices_of_patch_.size(); }
   /// The present moment. Thread: any. \param newest  one per patch; filled
@@ -53,6 +69,10 @@ class RunWatch {
   const EncodingParameters* encoding_ = nullptr;
   std::chrono::nanoseconds tick_{0};
   std::atomic<std::int64_t> wall_offset_{0};
+  StimulationSwitch stimulation_;
+  std::atomic<std::uint64_t> withheld_{0};
+  std::atomic<std::uint64_t> slowed_{0};
+  std::atomic<std::uint64_t> stale_{0};
   std::vector<std::vector<const ProbeChannel*>> devices_of_patch_;
 };
 

@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kFlushEvery{200};
 constexpr std::size_t kBatch = 1024;
-constexpr std::chrono::milliseconds kWatchEvery{1};
 
 }  // namespace
 
@@ -44,7 +43,8 @@ std::size_t SinkWriter::write_waiting() {
   for (const auto& feed : feeds.ticks) feed->take(waiting_.ticks, kBatch);
   for_each_kind(feeds, [this]<class Record>(const Feeds<Record>& of_kind) {
     if constexpr (!std::is_same_v<Record, TickRecord> &&
-                  !std::is_same_v<Record, StimulationCommand>) {
+                  !std::is_same_v<Record, StimulationCommand> &&
+                  !std::is_same_v<Record, SentCommand>) {
       for (const auto& feed : of_kind) {
         std::size_t most = kBatch;
         if constexpr (std::is_same_v<Record, SpikeEvent> || std::is_same_v<Record, TaxelBlock>) {
@@ -58,46 +58,67 @@ std::size_t SinkWriter::write_waiting() {
   RecordBatch later = batch_of(waiting_);
   write({.frames = std::exchange(later.frames, {}),
          .samples = std::exchange(later.samples, {}),
+         .edges = std::exchange(later.edges, {}),
          .spikes = std::exchange(later.spikes, {})});
   for (const auto& feed : feeds.commands) feed->take(waiting_.commands, feed->waiting());
-  later.commands = leaving();
+  for (const auto& feed : feeds.sent) feed->take(waiting_.sent, feed->waiting());
+  later.commands = waiting_.commands;
+  later.sent = leaving();
   write(later);
+  if (sink_.interrupted() && outlet_) {
+    outlet_->lose();
+    refuse(later.sent);
+  }
   return count_of(waiting_);
 }
 
-/// The commands that may leave now. The gate is asked also if none waits: it is the watchdog.
-std::span<const StimulationCommand> SinkWriter::leaving() {
-  if (!gate_) return waiting_.commands;
+/// The commands that the sink gets now.
+std::span<const SentCommand> SinkWriter::leaving() {
+  if (!outlet_ || waiting_.sent.empty()) return waiting_.sent;
+  const auto sent = outlet_->pass(waiting_.sent, host_now());
+  refuse(outlet_->refused());
+  return sent;
+}
+
+void SinkWriter::refuse(std::span<const SentCommand> commands) {
+  if (commands.empty()) return;
+  sources_.channel.commands_refused.add(commands.size());
+  sources_.gate->refuse(commands, sources_.number);
+}
+
+/// The gate looks at least once a millisecond, and tells its receivers.
+void SinkWriter::wait(std::uint64_t& seen) {
   ConsumerChannel& channel = sources_.channel;
-  const auto before = gate_->counts();
-  const auto commands = gate_->pass(waiting_.commands, sources_.watch->moment(newest_));
-  channel.commands_withheld.add(gate_->counts().withheld - before.withheld);
-  channel.commands_slowed.add(gate_->counts().slowed - before.slowed);
-  channel.stale_stops.add(gate_->counts().stale - before.stale);
-  return commands;
+  if (!outlet_ || channel.feed<SentCommand>().ended()) return channel.beat.wait(seen);
+  static_cast<void>(channel.new_commands.try_acquire_for(PublishBeat::kLongestWait));
+  while (channel.new_commands.try_acquire()) {
+  }
 }
 
 void SinkWriter::write_status() {
   if (!sink_.takes<RunStatus>()) return;
   RunStatus status = sources_.status();
   const ConsumerChannel& channel = sources_.channel;
-  status.losses = {.spikes = channel.dropped<SpikeEvent>(),
-                   .ticks = channel.dropped<TickRecord>(),
-                   .taxels = channel.dropped<TaxelBlock>(),
-                   .events = channel.dropped<LoopEvent>(),
-                   .samples = channel.dropped<DeliveredSample>(),
-                   .frames = channel.dropped<PortFrame>(),
-                   .commands = channel.dropped<StimulationCommand>()};
+  status.losses = {
+      .spikes = channel.dropped<SpikeEvent>(),
+      .ticks = channel.dropped<TickRecord>(),
+      .taxels = channel.dropped<TaxelBlock>(),
+      .events = channel.dropped<LoopEvent>(),
+      .samples = channel.dropped<DeliveredSample>(),
+      .edges = channel.dropped<SyncEdge>(),
+      .frames = channel.dropped<PortFrame>(),
+      .commands = channel.dropped<StimulationCommand>() + channel.dropped<SentCommand>()};
   write({.status = {&status, 1}});
 }
 
 bool SinkWriter::all_ended() const {
   const auto ended = [](const auto& feed) { return feed->ended(); };
-  const auto& samples = sources_.channel.feeds.samples;
-  const auto& frames = sources_.channel.feeds.frames;
+  const auto& feeds = sources_.channel.feeds;
   return sources_.channel.ended.load(std::memory_order_acquire) &&
-         std::all_of(samples.begin(), samples.end(), ended) &&
-         std::all_of(frames.begin(), frames.end(), ended);
+         std::all_of(feeds.samples.begin(), feeds.samples.end(), ended) &&
+         std::all_of(feeds.edges.begin(), feeds.edges.end(), ended) &&
+         std::all_of(feeds.frames.begin(), feeds.frames.end(), ended) &&
+         (sources_.gate == nullptr || std::all_of(feeds.sent.begin(), feeds.sent.end(), ended));
 }
 
 void SinkWriter::write_until_ended(const std::stop_token& stop) {
@@ -126,7 +147,7 @@ void SinkWriter::write_until_ended(const std::stop_token& stop) {
     }
     if (taken > 0) continue;
     if (ended) break;
-    sources_.channel.beat.wait(seen, gate_ ? kWatchEvery : PublishBeat::kLongestWait);
+    wait(seen);
   }
   if (healthy()) write_status();
 }
@@ -134,13 +155,11 @@ void SinkWriter::write_until_ended(const std::stop_token& stop) {
 void SinkWriter::write_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-sink");
   waiting_.spikes.reserve(kBatch);
-  const RunWatch* const watch = sources_.watch;
-  if (watch != nullptr && watch->guarded() && sources_.channel.takes<StimulationCommand>() &&
-      sink_.stimulates()) {
-    gate_.emplace(watch->make_gate());
-    newest_.resize(watch->patches());
+  if (sources_.encoding != nullptr && sources_.channel.takes<SentCommand>() &&
+      sink_.receives_commands()) {
+    outlet_.emplace(*sources_.encoding);
+    priority_.emplace(sources_.realtime, sink_.transport_threads());
   }
-  if (gate_) priority_.emplace(sources_.realtime, sink_.transport_threads());
   write_until_ended(stop);
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
   if (started_) write_waiting();  // marks set after the last item

@@ -13,9 +13,10 @@
 #include <thread>
 #include <vector>
 
+#include "core/encoding/stimulation_outlet.hpp"
 #include "drivers/sink.hpp"
 #include "realtime/output/fanout.hpp"
-#include "realtime/output/run_watch.hpp"
+#include "realtime/output/gate_thread.hpp"
 #include "realtime/threads/serving_priority.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
@@ -54,8 +55,10 @@ class SinkWriter {
     ConsumerChannel& channel;
     std::function<RunStatus()> status;     ///< the run's counters; any thread
     const SharedOrigin* origin = nullptr;  ///< awaited before anything is written; null: origin 0
-    const RunWatch* watch = nullptr;       ///< for the gate of its commands; null: no gate
-    std::optional<RealtimeSettings> realtime = {};  ///< of the simulation, for a gate's thread
+    const EncodingParameters* encoding = nullptr;   ///< of the electrodes; null: no gate
+    GateThread* gate = nullptr;                     ///< takes what the sink does not pass on
+    std::uint32_t number = 0;                       ///< of the sink in the run, from 1
+    std::optional<RealtimeSettings> realtime = {};  ///< of the simulation, for a receiver's thread
   };
 
   SinkWriter(Sink& sink, Sources sources);
@@ -86,7 +89,9 @@ class SinkWriter {
   void write_until_ended(const std::stop_token& stop);
   void write(const RecordBatch& batch);
   std::size_t write_waiting();
-  [[nodiscard]] std::span<const StimulationCommand> leaving();
+  [[nodiscard]] std::span<const SentCommand> leaving();
+  void refuse(std::span<const SentCommand> commands);
+  void wait(std::uint64_t& seen);
   [[nodiscard]] bool all_ended() const;
   void write_status();
   void keep(const Expected<void, SinkError>& result);
@@ -94,10 +99,9 @@ class SinkWriter {
 
   Sink& sink_;
   Sources sources_;
-  RecordLists<RecordVector> waiting_;  ///< taken from the queues
-  std::optional<StimulationGate> gate_;
+  RecordLists<RecordVector> waiting_;        ///< taken from the queues
+  std::optional<StimulationOutlet> outlet_;  ///< of a receiver behind a gate
   std::optional<ServingPriority> priority_;
-  std::vector<std::chrono::nanoseconds> newest_;  ///< of each patch, for the gate
   Outcome outcome_;
   bool started_ = false;
   std::atomic<bool> failed_{false};

@@ -52,7 +52,7 @@ std::vector<Case> all_cases() {
     cases.push_back({name, p});
   }
   TactileModel::Parameters pin = lattice;
-  pin.indenters[0].tip = Indenter::Tip::kPin;
+  pin.indenters[0].tip = PinTip{};
   cases.push_back({"pin", pin});
   return cases;
 }

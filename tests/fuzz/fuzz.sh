@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes everything that reads outside bytes with libFuzzer, address and undefined sanitizers: every parser
-# of the protocol table, entries of Redis, sessions, traces, files of spikes and commands, calibrations, scenes,
+# of the protocol table, scans of cards, entries of Redis, sessions, traces, files of spikes, pulses and commands, calibrations, scenes,
 # recordings, URIs and addresses.
 # usage: fuzz.sh SOURCE_FOLDER [BYTES [CORPUS_FOLDER [NAME…]]]
 # At least BYTES random bytes go through each target (default: ten million), or through the named ones, unless
@@ -61,42 +61,50 @@ for protocol in $(sed -n 's/^ *{"\([a-z0-9]*\)", .*/\1/p' "$source/drivers/proto
   fuzz "$protocol" 4096 "-DMERKEL_FUZZED_PROTOCOL=\"$protocol\"" protocol_fuzz.cpp "${protocols[@]}"
 done
 fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${protocols[@]}"
+fuzz csv_frames 4096 "-DMERKEL_FUZZED_PROTOCOL=\"csv\" -DMERKEL_FUZZED_OPTIONS=\"columns=taxel_kPa*9&frame_lines=3\"" \
+  protocol_fuzz.cpp "${protocols[@]}"
+fuzz connect_lines 4096 -lfmt connect_lines_fuzz.cpp "${protocols[@]}" tools/connect/{array_scene,csv_readings,hand_scene,text_rows}.cpp \
+  drivers/probes/probe_channels.cpp drivers/calibration/probe_calibration.cpp
 fuzz hbf1_frames 2048 "" hbf1_frames_fuzz.cpp "${protocols[@]}"
+fuzz analog_scans 4096 "" analog_scans_fuzz.cpp "${protocols[@]}"
 fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp
 fuzz hid_descriptor 4096 "" descriptor_fuzz.cpp "${protocols[@]}"
 fuzz spike_file 4096 -lpugixml spike_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
-fuzz phy_spikes 4096 -lpugixml phy_spikes_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
-  drivers/spike_files/spike_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
+fuzz pulse_file 2048 -lpugixml pulse_file_fuzz.cpp "${words[@]}" drivers/files/{line_reader,npy_file,output_file,input_file,file_rename}.cpp \
+  drivers/spike_files/pulse_file.cpp "${sessions[@]}" drivers/sessions/session_samples.cpp
 fuzz stimulation_file 2048 -lpugixml stimulation_file_fuzz.cpp "${words[@]}" drivers/files/line_reader.cpp \
   drivers/spike_files/stimulation_file.cpp "${sessions[@]}"
-fuzz hdf5_spikes 2048 -lhdf5_serial hdf5_spikes_fuzz.cpp \
-  drivers/spike_files/hdf5_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
+fuzz nwb_spikes 2048 -lhdf5_serial nwb_spikes_fuzz.cpp \
+  drivers/spike_files/nwb_spikes.cpp drivers/files/{hdf5_file,file_rename}.cpp
 fuzz trace 2048 "" trace_fuzz.cpp "${protocols[@]}"
 fuzz toml 512 "" toml_fuzz.cpp drivers/files/toml{,_guard}.cpp
-fuzz calibration 1024 "" calibration_fuzz.cpp "${words[@]}" \
-  drivers/calibration/calibration_file.cpp drivers/files/toml{,_guard}.cpp
+fuzz calibration 1024 "" calibration_fuzz.cpp "${protocols[@]}" \
+  drivers/calibration/{calibration_file,probe_calibration}.cpp drivers/files/toml{,_guard}.cpp
 core=()
 for file in "$source"/core/*/*.cpp "$source"/core/*/*/*.cpp "$source"/core/*/*/*/*.cpp; do
   [ -e "$file" ] && core+=("${file#"$source"/}")
 done
 core+=(drivers/files/csv_text.cpp drivers/uri.cpp)
-scenes=(tools/scene/scene_{file,keys,table,presets,writer}.cpp tools/scene/loop_settings.cpp
-  drivers/files/{height_map_file,toml,toml_guard}.cpp realtime/threads/thread_setup.cpp)
+scenes=(tools/scene/scene_{file,keys,stimulation,table,presets,writer}.cpp tools/scene/loop_settings.cpp
+  drivers/files/{height_map_file,input_file,toml,toml_guard}.cpp realtime/threads/thread_setup.cpp)
+profiles=$work/stimulator_profiles.cpp
+cmake -DNAME=kStimulatorProfiles "-DOUT=$profiles" -DHEADER=tools/embedded_text.hpp \
+  "-DFILES=$(printf '%s;' "$source"/tools/scene/stimulators/*.toml)" -P "$source/drivers/files/embed_texts.cmake"
 # One instruction set is enough for memory faults.
 flags+=(-DHWY_COMPILE_ONLY_STATIC)
 fuzz session 8192 "-lpugixml -lhwy" session_fuzz.cpp "${core[@]}" \
   "${sessions[@]}" drivers/sessions/session_{headers,layout,writer}.cpp drivers/sinks/afferent_table.cpp \
   drivers/clock/clock_pair.cpp drivers/files/{file_rename,input_file,output_file}.cpp
-fuzz scene 2048 -lhwy scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
+fuzz scene 2048 "-lhwy $profiles" scene_fuzz.cpp "${core[@]}" "${scenes[@]}"
 # A single run may take 10 s and 2 GB.
 limits=(-timeout=10 -rss_limit_mb=2048)
 seconds=${MERKEL_FUZZ_SECONDS:-60}
-fuzz scene_run 64 -lhwy scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
+fuzz scene_run 64 "-lhwy $profiles" scene_run_fuzz.cpp "${core[@]}" "${scenes[@]}"
 limits=()
 seconds=${MERKEL_FUZZ_SECONDS:-}
 fuzz recordings 2048 "" recordings_fuzz.cpp "${words[@]}" tools/studies/score/parse_recordings.cpp \
   tools/studies/score/rate_sections.cpp tools/studies/score/measure_sections.cpp tools/studies/score/json_fields.cpp \
-  core/contact/tip_shape.cpp
+  core/contact/{taxel_array,tip_kinds}.cpp core/contact/solver/tip_heights.cpp
 fuzz table 2048 "" table_fuzz.cpp tools/batch/text_table.cpp
 fuzz uri 512 "" uri_fuzz.cpp "${words[@]}" drivers/uri.cpp drivers/sinks/host_name.cpp

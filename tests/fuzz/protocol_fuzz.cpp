@@ -1,5 +1,6 @@
-// Arbitrary bytes through one protocol of the table, MERKEL_FUZZED_PROTOCOL. The first byte of an
-// input determines how the rest is split. Built and run by fuzz.sh with libFuzzer.
+// Arbitrary bytes through one protocol of the table, MERKEL_FUZZED_PROTOCOL, with its usual options
+// or MERKEL_FUZZED_OPTIONS. The first byte of an input determines how the rest is split. Built and
+// run by fuzz.sh with libFuzzer.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,10 +8,14 @@
 
 #include "drivers/protocols/protocol_table.hpp"
 
+#ifndef MERKEL_FUZZED_OPTIONS
+#define MERKEL_FUZZED_OPTIONS (*entry)->options
+#endif
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;
   const auto entry = find_protocol(MERKEL_FUZZED_PROTOCOL);
-  const auto uri = Uri::parse("serial:x?" + std::string((*entry)->options));
+  const auto uri = Uri::parse("serial:x?" + std::string(MERKEL_FUZZED_OPTIONS));
   UriOptions options(*uri);
   const auto protocol = (*entry)->make(options);
   if (!protocol || size == 0) return 0;

@@ -25,7 +25,7 @@ std::string good_headers() {
                     ("merkel-fuzz-" + std::to_string(::getpid()) + ".xdf");
   const auto uri = Uri::parse("xdf:" + path.string());
   SinkSetup setup{.overwrite = true, .allow_remote = false, .run = {}};
-  setup.run.model.indenters.front().tip = Indenter::Tip::kTaxels;  // all streams
+  setup.run.model.indenters.front().tip = TaxelArray{};  // all streams
   const auto sink = open_xdf_sink(*uri, setup);
   check(sink.has_value() && (*sink)->begin({}).has_value());
   std::ifstream file(path.string() + ".part", std::ios::binary);

@@ -1,4 +1,4 @@
-// Bytes of any kind as a file of spikes: CSV, GDF or a session. Built and run by fuzz.sh with
+// Bytes of any kind as a file of spikes: CSV or a session. Built and run by fuzz.sh with
 // libFuzzer.
 
 #include <cstddef>

@@ -23,7 +23,7 @@ class Metadata(unittest.TestCase):
         version = re.search(r"project\(merkel VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
         self.assertEqual(cited("version"), version)
         self.assertEqual(CODEMETA["version"], version)
-        self.assertEqual(build_backend._project()["version"], version)
+        self.assertEqual(build_backend._project()["version"].split("+")[0], version)
         self.assertEqual(re.search(r"^## (\S+) ", CHANGES, re.M).group(1), version)
 
     def test_the_date_is_that_of_the_last_release_in_the_changelog(self):

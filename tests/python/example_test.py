@@ -14,11 +14,12 @@ PROGRAM = os.environ["MERKEL_PROGRAM"]
 
 
 class Examples(unittest.TestCase):
-    def run_example(self, name, *arguments, needs=None):
+    def run_example(self, name, *arguments, needs=None, stand_in=None):
         if needs and subprocess.run([sys.executable, "-c", "import " + needs], capture_output=True).returncode:
             self.skipTest(f"{needs} is not installed")
+        folders = ([str(pathlib.Path(__file__).parent / stand_in)] if stand_in else []) + [os.environ.get("PYTHONPATH", "")]
         done = subprocess.run([sys.executable, str(EXAMPLES / name), *arguments], capture_output=True, text=True,
-                              timeout=200)
+                              timeout=200, env={**os.environ, "PYTHONPATH": os.pathsep.join(folders)})
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
@@ -36,6 +37,12 @@ class Examples(unittest.TestCase):
         lines = self.run_example("encode_loop.py").splitlines()
         self.assertEqual(len(lines), 5)
         self.assertNotIn(": 0 Hz", lines[1])
+
+    def test_ni_card(self):
+        line = self.run_example("ni_card.py", "Dev1/ai0", "0.2", "2", stand_in="nidaqmx_stand_in")
+        spikes, samples = int(line.split()[0]), int(line.split()[3])
+        self.assertGreater(spikes, 0, line)
+        self.assertGreater(samples, 2000, line)
 
     def test_brian2_live(self):
         cuneate, afferents = self.run_example("brian2_live.py", needs="brian2").splitlines()

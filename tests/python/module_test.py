@@ -509,7 +509,7 @@ class Package(Case):
         self.assertIn(merkel.__version__, self.merkel("--version").stdout)
 
     def test_examples_in_docstrings_and_the_readme(self):
-        for failed, ran in (doctest.testmod(merkel),
+        for failed, ran in (doctest.testmod(merkel), doctest.testmod(merkel._trials),
                             doctest.testfile(str(TOOLS / "README.md"), module_relative=False)):
             self.assertEqual(failed, 0)
             self.assertGreater(ran, 0)

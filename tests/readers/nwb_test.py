@@ -30,7 +30,7 @@ RULES = {
     "Device": (["description"], []),
     "Subject": ([], ["subject_id", "species", "sex", "age"]),
 }
-FACTS = ("experimenter=Doe, Jane&institution=A University&lab=Touch&keywords=touch;SA1&subject_id=model-1"
+FACTS = ("experiment_description=A press of the fingertip&experimenter=Doe, Jane&institution=A University&lab=Touch&keywords=touch;SA1&subject_id=model-1"
          "&species=Homo sapiens&sex=U&age=P30Y")
 NAMESPACES = {"VectorData": "hdmf-common", "VectorIndex": "hdmf-common", "ElementIdentifiers": "hdmf-common"}
 
@@ -53,6 +53,23 @@ class Nwb(merkel_program.TestCase):
         self.merkel("run", "finger", "--fast", "--probe", "replay:" + trace, "--sink", "csv:" + self.path("s.csv"),
                     "--sink", f"nwb:{self.path('s.nwb')}?{FACTS}", "--sink", "xdf:" + self.path("s.xdf"), *arguments)
         return self.path("s.nwb")
+
+    def test_five_noisy_taps_are_five_trials(self):
+        rng = np.random.default_rng(5)
+        time_s = np.arange(0, 10, 2e-3)
+        tap = (time_s % 2 > 1.7) + rng.normal(0, 2 / 300, time_s.size)
+        for column, tap_height, key in (("force_N", 0.3, "contact_N = 0.012"), ("depth_mm", 0.6, "contact_mm = 0.024")):
+            np.savetxt(self.path("taps.csv"), np.c_[time_s, tap_height * tap], delimiter=",", header="time_s," + column,
+                       comments="", fmt="%.6f")
+            with open(self.path("taps.toml"), "w") as scene:
+                scene.write(f'preset = "goodwin"\n[probe]\n{key}\n')
+            self.merkel("run", self.path("taps.toml"), "--fast", "--probe", "replay:" + self.path("taps.csv"), "--sink",
+                        "nwb:" + self.path(column + ".nwb"))
+            with h5py.File(self.path(column + ".nwb")) as file:
+                trials = file["intervals/trials"]
+                self.assertEqual(len(trials["start_time"]), 5, column)
+                np.testing.assert_allclose(trials["start_time"][:], np.arange(1.7, 10, 2), atol=0.01)
+                np.testing.assert_allclose(trials["stop_time"][:-1], np.arange(2.0, 10, 2), atol=0.02)
 
     def check_rules(self, file):
         """Every typed object has what its type needs; ids are unique, texts of variable length."""
@@ -186,6 +203,11 @@ class Nwb(merkel_program.TestCase):
                 self.assertRegex(name, r"^\w+, \w+")
             self.assertEqual(text("institution"), "A University")
             self.assertEqual(list(general["keywords"].asstr()), ["touch", "SA1"])
+            # check_experiment_description, check_column_binary_capability
+            self.assertEqual(text("experiment_description"), "A press of the fingertip")
+            for name, column in file["units"].items():
+                if column.dtype.kind in "iuf" and "_index" not in name:
+                    self.assertNotEqual(set(np.unique(column[:])), {0, 1}, name)
             # check_table_time_columns_are_sorted, check_table_times_for_typo (not before 0)
             for table in file["intervals"].values():
                 self.assertTrue((np.diff(table["start_time"][:]) >= 0).all())
@@ -197,6 +219,7 @@ class Nwb(merkel_program.TestCase):
                 times = times_of(series)
                 self.assertEqual(len(times), len(series["data"]))
                 self.assertTrue((np.diff(times) > 0).all())
+                self.assertGreaterEqual(times[0], 0)
                 if "timestamps" in series:
                     self.assertGreater(len(np.unique(np.diff(times).round(9))), 1)
                 else:
@@ -237,9 +260,9 @@ class Nwb(merkel_program.TestCase):
         self.merkel("run", "hand", "--fast", "--duration-s", "0.05", "--sink", "nwb:" + self.path("h.nwb"))
         rows = self.merkel("scene", "hand").stdout
         with h5py.File(self.path("h.nwb"), "r") as file:
-            patches = dict(zip(file["units/patch"][:], file["units/patch_name"].asstr()[:]))
+            patches = set(file["units/patch_name"].asstr()[:])
         self.assertGreater(len(patches), 5)
-        for name in patches.values():
+        for name in patches:
             self.assertIn(f'name = "{name}"', rows)
 
     def test_contacts_are_trials_without_marks(self):

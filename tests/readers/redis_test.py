@@ -37,11 +37,11 @@ class Redis(merkel_program.TestCase):
     def setUp(self):
         super().setUp()
         self.port = free_port()
-        server = subprocess.Popen(
+        self.server = subprocess.Popen(
             ["redis-server", "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", "--appendonly",
              "no", "--dir", self.path(""), "--unixsocket", self.path("socket")], stdout=subprocess.DEVNULL)
-        self.addCleanup(server.wait)
-        self.addCleanup(server.kill)
+        self.addCleanup(self.server.wait)
+        self.addCleanup(self.server.kill)
         self.client = redis.Redis(port=self.port)
         self.addCleanup(self.client.close)
         self.assertTrue(wait_for(self.answers))
@@ -122,6 +122,42 @@ class Redis(merkel_program.TestCase):
         states = self.entries("touch_state")
         self.assertEqual(self.states(), STATES)
         self.assertEqual(json.loads(states[0]["parameters"])["electrodes"][0]["name"], "E1")
+
+    def test_a_server_that_stalls_gets_an_off_first_and_the_other_sinks_go_on(self):
+        with open(self.path("scene.toml"), "a") as scene:
+            scene.write("max_slope_uA_per_s = 400\n")
+        run = merkel_program.start("run", self.path("scene.toml"), "--probe", "sim:ramp?wait_s=0&hold_s=600&live=1", "--sink",
+                                   f"redis:127.0.0.1:{self.port}?node=touch", "--sink", "stim-csv:" + self.path("c.csv"))
+        self.addCleanup(run.communicate)
+        self.addCleanup(run.kill)
+
+        def newest():
+            return self.entries("touch")[-1:] or [{"amplitude_uA": b"[0]"}]
+        self.assertTrue(wait_for(lambda: json.loads(newest()[0]["amplitude_uA"])[0] > 20))
+        self.server.send_signal(signal.SIGSTOP)
+        stopped_ns = time.monotonic_ns()
+        time.sleep(1.5)
+        self.server.send_signal(signal.SIGCONT)
+        continued_ns = time.monotonic_ns()
+        self.assertTrue(wait_for(lambda: int(newest()[0]["sent_monotonic_ns"]) > continued_ns
+                                 and json.loads(newest()[0]["amplitude_uA"])[0] > 20))
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+        self.assertIn("stimulation is over there, until it answers", err)
+        self.assertIn("it answers again", err)
+        updates = [(int(entry["sent_monotonic_ns"]), json.loads(entry["amplitude_uA"])[0], json.loads(entry["stop"])[0])
+                   for entry in self.entries("touch")]
+        after = [update for update in updates if update[0] > continued_ns]
+        self.assertEqual(after[0][1:], (0, "sink_failure"))
+        # Then it rises from 0 within the slope: 400 uA/s.
+        for sent, uA, _ in after:
+            self.assertLessEqual(uA, 400e-9 * (sent - after[0][0]) + 400 * 0.005)
+        # Whatever the server accepted before it stalled was valid until the watchdog only.
+        self.assertLess(max(sent for sent, uA, _ in updates if sent < continued_ns and uA > 0), stopped_ns + 400_000_000)
+        with open(self.path("c.csv")) as file:
+            rows = [line.rstrip("\n").split(",") for line in file][1:]
+        meanwhile = [float(row[3]) for row in rows if stopped_ns + 300_000_000 < int(row[7]) < continued_ns]
+        self.assertGreater(len(meanwhile), 0)
 
     def test_a_graph_starts_the_node_and_sigint_ends_it(self):
         self.publish_graph({"scene": self.path("scene.toml"), "probe": "sim:ramp?wait_s=0&hold_s=600&live=1"})

@@ -23,6 +23,7 @@ except ImportError:
     print("skipped: python3-redis is missing")
     sys.exit(77)
 
+EMULATOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "stimulator_emulator.py")
 WATCHDOG_S, UPDATE_S, TICK_S, DELAY_S, SLOPE = 0.060, 0.010, 0.001, 0.005, 400.0
 SINK_S = 0.005  # how long a sink may take
 PROMISED_AGE_S = DELAY_S + 2 * TICK_S + SINK_S
@@ -40,6 +41,8 @@ full_force_N = 0.05
 amplitude_uA = [40, 80]
 frequency_Hz = [100, 200]
 [stimulation]
+profile = "cerestim"
+interphase_us = 53
 max_charge_nC = 16
 max_total_uA = 100
 max_slope_uA_per_s = {SLOPE:g}
@@ -141,7 +144,7 @@ class Auditor(merkel_program.TestCase):
                 broken(f"{update.uA:.1f} uA although {update.stop}")
             if before is not None:
                 gap = update.arrived - before.arrived
-                if update.heartbeat != before.heartbeat + 1:
+                if update.heartbeat != before.heartbeat + 1 and update.uA != 0:  # after a loss, an off comes first
                     broken(f"heartbeat {update.heartbeat} after {before.heartbeat}")
                 if update.time_s < before.time_s:
                     broken("time goes back")
@@ -196,7 +199,8 @@ class Faults(Auditor):
             file.write("time_s,depth_mm,force_N\n" + "".join(f"{k / 1000:.3f},1.2,0.2\n" for k in range(1000)))
         self.devices = [self.start_device(number) for number in range(PROBES)]
         os.mkfifo(self.path("pipe"))
-        self.redis_port, self.runs, self.reports = self.start_redis(), [], []
+        os.mkfifo(self.path("stimulator"))
+        self.redis_port, self.runs, self.reports, self.stimulators = self.start_redis(), [], [], []
         self.start_run()
 
     def start_run(self):
@@ -205,8 +209,12 @@ class Faults(Auditor):
                      receivers.Redis(redis.Redis(port=self.redis_port), node)]
         for thread in listening:
             thread.start()
+        self.stimulator = subprocess.Popen([sys.executable, EMULATOR, self.path("stimulator"), "200", "53"], stdout=subprocess.PIPE)
+        self.addCleanup(self.stimulator.communicate)
+        self.addCleanup(self.stimulator.kill)
         program = self.start_program(
             "run", self.path("scene.toml"), "--sink", f"stim-csv:{self.path('pipe')}?time=device", "--sink",
+            f"stim-csv:{self.path('stimulator')}", "--sink",
             f"stim-zmq:tcp://127.0.0.1:{zmq_port}", "--sink", f"redis:127.0.0.1:{self.redis_port}?node={node}", "--json")
         self.runs.append(Run(listening, program))
         if not self.runs[-1].all_on():
@@ -217,6 +225,7 @@ class Faults(Auditor):
         self.runs[-1].program.send_signal(signal.SIGINT)
         self.reports.append(json.loads(self.runs[-1].program.communicate(timeout=60)[0]))
         self.assertTrue(self.runs[-1].all_ended())
+        self.stimulators.append(json.loads(self.stimulator.communicate(timeout=60)[0]))
 
     # Each fault returns when a device sent its last sample while the program ran on, and for how long; None if none fell silent.
 
@@ -284,6 +293,21 @@ class Faults(Auditor):
             delays.append((off - began - self.host.lost(began, off) if off else float("inf"), kind))
         return delays
 
+    def assert_same(self, noted):
+        """All receivers got the same commands, sent at the same time, where none of them was late."""
+        shared = 0
+        for first, *others in noted:
+            sent = {update.heartbeat: update for update in first}
+            for other in others:
+                for update in other:
+                    twin = sent.get(update.heartbeat)
+                    if twin is None or "sink_failure" in (twin.stop, update.stop):
+                        continue
+                    self.assertEqual(update.sent, twin.sent)
+                    self.assertAlmostEqual(update.time_s, twin.time_s, places=9)
+                    shared += update.uA == twin.uA
+        self.assertGreater(shared, 0.99 * sum(len(updates) for of_run in noted for updates in of_run[1:]))
+
     def test_faults(self):
         self.start()
         self.choose, dead, kind = random.Random(7), [], "none"
@@ -304,12 +328,19 @@ class Faults(Auditor):
         self.host.stop()
         self.assertGreater(sum(report["stale_stops"] for report in self.reports), 0)
         self.assertGreater(sum(report["commands_withheld"] for report in self.reports), 0, "the backlog of the stops")
+        refused = [sentence for each in self.stimulators for sentence in each["refused"]]
+        print(f"\nstimulator: {sum(each['updates'] for each in self.stimulators)} updates, "
+              f"{sum(each['trains'] for each in self.stimulators)} different trains, {len(refused)} refused\n", file=sys.stderr)
+        self.assertEqual(refused, [])
+        self.assertGreater(sum(each["trains"] for each in self.stimulators), 0)
         print(f"\n{count} faults in {len(self.runs)} runs; delay {DELAY_S * 1e3:g} ms, watchdog {WATCHDOG_S * 1e3:g} ms\n\n"
               f"| receiver | updates | violations | age on arrival, median / 99 % (ms) | within {PROMISED_AGE_S * 1e3:g} ms (%) | "
               "held in a stopped program | devices that fell silent | off after, median / longest (ms) | "
               f"off within {(WATCHDOG_S + 0.005) * 1e3:g} ms |\n|---|---|---|---|---|---|---|---|---|", file=sys.stderr)
-        for each in zip(*(run.receivers for run in self.runs)):
-            of_runs = [receiver.notes() for receiver in each]
+        noted = [[receiver.notes() for receiver in run.receivers] for run in self.runs]
+        self.assert_same(noted)
+        for index, each in enumerate(zip(*(run.receivers for run in self.runs))):
+            of_runs = [of_run[index] for of_run in noted]
             updates = [update for of_run in of_runs for update in of_run]
             violations = [sentence for of_run in of_runs for sentence in self.audit(of_run)]
             ages = sorted(update.arrived - update.time_s for update in updates if update.uA > 0)

@@ -12,9 +12,9 @@ SO_TIMESTAMPNS = 35  # <asm/socket.h>
 
 
 class Update:
-    """An update of the electrode: when the receiver got it, and when it was sent (NaN: it does not contain that)."""
+    """An update of the electrode: when the receiver got it, and when it passed the gate."""
 
-    def __init__(self, time_s, uA, heartbeat, stop, arrived, sent=float("nan")):
+    def __init__(self, time_s, uA, heartbeat, stop, arrived, sent):
         self.arrived, self.sent = arrived, sent
         self.time_s, self.uA, self.heartbeat, self.stop = float(time_s), float(uA), int(heartbeat), stop
 
@@ -80,9 +80,9 @@ class Pipe(Receiver):
                 arrived = time.monotonic()
                 if line.startswith("#") or line.startswith("time_s"):
                     continue
-                time_s, _, kind, uA, _, heartbeat, stop = next(csv.reader([line]))
+                time_s, _, kind, uA, _, heartbeat, stop, sent, _ = next(csv.reader([line]))
                 if kind == "update":
-                    yield Update(time_s, uA, heartbeat, stop, arrived)
+                    yield Update(time_s, uA, heartbeat, stop, arrived, int(sent) * 1e-9)
 
 
 def arrival_of_next(connection):
@@ -168,4 +168,4 @@ class Redis(Receiver):
                 for last, entry in entries:
                     ends = int(last.split(b"-")[0]) * 1e-3 + 0.001 - (time.time_ns() - time.monotonic_ns()) * 1e-9
                     yield Update(int(entry[b"time_ns"]) * 1e-9, json.loads(entry[b"amplitude_uA"])[0], entry[b"heartbeat"],
-                                 json.loads(entry[b"stop"])[0], ends, struct.unpack("<Q", entry[b"ts"])[0] * 1e-9)
+                                 json.loads(entry[b"stop"])[0], ends, int(entry[b"sent_monotonic_ns"]) * 1e-9)

@@ -101,6 +101,36 @@ class Actions(BrowserPage):
         self.wait("!merkel.sound.on")
         program.terminate()
 
+    def test_any_page_stops_stimulation_and_one_with_the_token_starts_it_again(self):
+        with open(self.path("scene.toml"), "w", encoding="utf-8") as file:
+            file.write('preset = "paper"\n' + ELECTRODES)
+        held = "sim:ramp?wait_s=0&hold_s=600&depth_mm=1.5&live=1"
+        program, address = self.steer(self.path("scene.toml"), "--sink", "stim-csv:" + self.path("c.csv"), probe=held)
+        self.page.open(f"http://127.0.0.1:{self.port}/")
+        self.wait("globalThis.merkel?.frame?.electrodes[0].amplitude > 20")
+        self.assertFalse(self.page.ask("document.getElementById('controls').checkVisibility()"))
+        self.assertFalse(self.page.ask("document.getElementById('start').checkVisibility()"))
+        self.page.ask("document.getElementById('stop').click()")
+        self.wait("merkel.frame.stopped && merkel.frame.electrodes.every((e) => e.amplitude === 0 && "
+                  "merkel.scene.stops[e.stop] === 'stopped')")
+        self.assertEqual(self.page.text("state"), "Stimulation stopped")
+        self.assertTrue(self.page.ask("document.getElementById('stop').disabled"))
+        # Without the token nothing starts it, whatever the page sends.
+        self.assertFalse(self.page.ask("document.getElementById('start').checkVisibility()"))
+        before = self.page.ask("(() => { merkel.connection.send('start'); return merkel.frame.number; })()")
+        self.wait(f"merkel.frame.number > {before} + 15")
+        self.assertTrue(self.page.ask("merkel.frame.stopped"))
+        self.page.open(address)
+        self.wait("globalThis.merkel?.frame?.stopped && document.getElementById('start').checkVisibility()")
+        self.page.ask("document.getElementById('start').click()")
+        self.wait("!merkel.frame.stopped && merkel.frame.electrodes[0].amplitude > 20")
+        program.terminate()
+        out, errors = program.communicate(timeout=60)
+        self.assertIn("stimulation was stopped by the live page", out)
+        with open(self.path("c.csv"), encoding="utf-8") as file:
+            self.assertIn(",stopped,", file.read())
+        self.assert_no_errors()
+
     def test_controls_show_with_the_token_only_and_a_label_marks_a_trial(self):
         program = self.open(probe=PRESS)
         self.assertFalse(self.page.ask("document.getElementById('mark').checkVisibility()"))

@@ -376,17 +376,15 @@ TEST(RealtimeSafety, ATactileArrayNeitherAllocatesNorLocks) {
   scene.network.gain = 0.0;
   set_kind(scene, NeuronKind::kIntegrateAndFire);
   Indenter& array = scene.indenters.front();
-  array.tip = Indenter::Tip::kTaxels;
+  array.tip = TaxelArray{.columns = 8, .rows = 8, .place = {.x_mm = 15.0, .y_mm = 10.0}};
   array.control = Indenter::Control::kForce;
-  array.taxels.columns = array.taxels.rows = 8;
-  array.taxels.place = {.x_mm = 15.0, .y_mm = 10.0};
   auto model = TactileModel::create(scene);
   ASSERT_TRUE(model) << model.error().reason;
   Pipeline pipeline(*model, {.fast = false, .delay = std::chrono::milliseconds{2}});
   pipeline.add_probe(
       std::move(*open_probe("sim:pad?columns=8&rows=8&count=2&tap_s=0.3&interval_s=0.3&tail_s=0.1"
-                            "&noise_kPa=0.1&live=1#taxels=64")),
-      {});
+                            "&noise_kPa=0.1&rate_hz=4000&live=1#taxels=64")),
+      {.decimate = ProbeInput::Decimate::kMean});
   pipeline.add_sink(
       std::move(*open_sink("xdf:/dev/null", static_cast<std::uint32_t>(model->neurons()), false)));
   g_calls = 0;

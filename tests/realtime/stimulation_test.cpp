@@ -2,8 +2,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -254,6 +257,41 @@ TEST(Stimulation, AFailedSinkSwitchesEverythingOffForGood) {
   EXPECT_NE(outcome.report.sinks[1].error_message, "");
 }
 
+TEST(Stimulation, ADoubtedProbeSuspendsItsElectrodesAndTheyRiseFromZeroAfterwards) {
+  auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
+  electrode.full_force_N = 0.05;
+  EncodingParameters parameters = encoding_of({electrode});
+  parameters.stimulation.max_slope_uA_per_s = 1000.0;
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k < 1000; ++k) {
+    samples.push_back({.time = k * kTick, .depth_mm = 1.5, .channels = ProbeSample::kDepth});
+    if (k >= 500 && k < 600) samples.back().set_doubts(ProbeSample::kOutsideCalibration);
+  }
+  const auto outcome = run(parameters, samples);
+  EXPECT_EQ(outcome.report.stimulation_stops, 1U);
+  std::optional<nanoseconds> resumed;
+  for (const StimulationCommand& command : outcome.received.commands) {
+    // Interpolation towards a doubted sample rests on it.
+    const bool doubted = command.time >= milliseconds{500} && command.time < milliseconds{600};
+    EXPECT_EQ(command.stop == Stop::kOutsideCalibration, doubted) << command.time.count();
+    EXPECT_TRUE(!doubted || command.amplitude_uA == 0.0) << command.time.count();
+    if (command.time < milliseconds{600} || command.stop != Stop::kNone) continue;
+    if (!resumed) resumed = command.time - milliseconds{10};
+    EXPECT_LE(command.amplitude_uA,
+              1e-6 * static_cast<double>((command.time - *resumed).count()) + 1e-9);
+  }
+  ASSERT_TRUE(resumed);
+  EXPECT_LE(*resumed, milliseconds{601});
+  const auto last =
+      std::find_if(outcome.received.commands.rbegin(), outcome.received.commands.rend(),
+                   [](const auto& each) { return each.stop == Stop::kNone; });
+  EXPECT_EQ(last->amplitude_uA, 80.0);
+  const auto ticks = outcome.received.ticks;
+  EXPECT_EQ(
+      std::count_if(ticks.begin(), ticks.end(), [](const auto& tick) { return tick.doubts != 0; }),
+      100);
+}
+
 /// A device that presses, sends a backlog at first, and dies.
 class DyingDevice final : public Probe {
  public:
@@ -287,11 +325,20 @@ class ReceiverSink final : public Sink {
   explicit ReceiverSink(std::vector<StimulationCommand>& received) : received_(received) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<StimulationCommand>;
+    return kKinds<SentCommand>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
+  /// Calls a function once after so many commands that are on.
+  void after_on(int commands, std::function<void()> call) {
+    left_ = commands;
+    call_ = std::move(call);
+  }
   Expected<void, SinkError> write(const RecordBatch& batch) override {
-    received_.insert(received_.end(), batch.commands.begin(), batch.commands.end());
+    for (const SentCommand& sent : batch.sent) {
+      const StimulationCommand& command = sent.command;
+      EXPECT_EQ(sent.valid_until - sent.sent, milliseconds{100});
+      received_.push_back(command);
+      if (command.amplitude_uA > 0.0 && --left_ == 0) call_();
+    }
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
@@ -300,6 +347,8 @@ class ReceiverSink final : public Sink {
  private:
   std::vector<StimulationCommand>& received_;
   std::string uri_ = "receiver:";
+  int left_ = 0;
+  std::function<void()> call_;
 };
 
 TEST(Stimulation, AReceiverGetsNoBacklogAndAnOffWhenTheDeviceDies) {
@@ -334,6 +383,149 @@ TEST(Stimulation, AReceiverGetsNoBacklogAndAnOffWhenTheDeviceDies) {
   EXPECT_GT(report->stale_stops, 0U);
   EXPECT_EQ(received.at(received.size() - 2).amplitude_uA, 0.0);
   EXPECT_EQ(recorded.commands.at(recorded.commands.size() - 2).amplitude_uA, 80.0);
+}
+
+TEST(Stimulation, AStopByHandReachesEveryReceiverAndHoldsUntilTheEnd) {
+  auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
+  electrode.full_force_N = 0.05;
+  TactileModel model = *TactileModel::create({});
+  auto encoder = *StimulationEncoder::create(encoding_of({electrode}), encoded_model(model));
+  std::vector<std::string> notices;
+  Pipeline pipeline(model,
+                    {.delay = milliseconds{20},
+                     .duration = milliseconds{1500},
+                     .encoder = &encoder,
+                     .on_notice = [&](const std::string& notice) { notices.push_back(notice); }});
+  pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
+  std::vector<StimulationCommand> received;
+  std::vector<StimulationCommand> also_received;
+  auto stopper = std::make_unique<ReceiverSink>(received);
+  stopper->after_on(20,
+                    [&pipeline] { pipeline.stimulation().stop(StimulationSwitch::By::kProgram); });
+  pipeline.add_sink(std::move(stopper));
+  pipeline.add_sink(std::make_unique<ReceiverSink>(also_received));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report) << report.error().sentence;
+  for (const auto* each : {&received, &also_received}) {
+    const auto off = std::find_if(each->begin(), each->end(), [](const auto& command) {
+      return command.stop == Stop::kStopped;
+    });
+    ASSERT_NE(off, each->end());
+    EXPECT_GE(off - each->begin(), 15);
+    EXPECT_TRUE(std::all_of(off, each->end(), [](const auto& command) {
+      return command.amplitude_uA == 0.0 &&
+             (command.stop == Stop::kStopped || command.stop == Stop::kEnd);
+    }));
+  }
+  // At once: no update is on after the one that stopped it.
+  const auto off = std::find_if(received.begin(), received.end(),
+                                [](const auto& command) { return command.stop == Stop::kStopped; });
+  EXPECT_LE(std::count_if(received.begin(), off,
+                          [](const auto& each) { return each.amplitude_uA > 0.0; }),
+            22);
+  EXPECT_EQ(report->stimulation_stop.by, StimulationSwitch::By::kProgram);
+  EXPECT_EQ(report->stimulation_stopped, StimulationSwitch::By::kProgram);
+  EXPECT_TRUE(std::any_of(notices.begin(), notices.end(), [](const std::string& notice) {
+    return notice.starts_with("stimulation stopped by the program: ");
+  }));
+}
+
+/// Takes what left; its receiver is away for a number of commands that are on.
+class AwaySink final : public Sink {
+ public:
+  AwaySink(std::vector<SentCommand>& received, int away) : received_(received), away_(away) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SentCommand>;
+  }
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    for (const SentCommand& sent : batch.sent) {
+      is_away_ = is_away_ || (away_ > 0 && sent.command.amplitude_uA > 0.0);
+      if (!is_away_) received_.push_back(sent);
+      if (is_away_) --away_;
+    }
+    was_away_ = was_away_ || is_away_;
+    is_away_ = is_away_ && away_ > 0;
+    return {};
+  }
+  [[nodiscard]] bool interrupted() override { return std::exchange(was_away_, is_away_); }
+  Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  std::vector<SentCommand>& received_;
+  int away_;
+  bool is_away_ = false;
+  bool was_away_ = false;
+  std::string uri_ = "away:";
+};
+
+/// Records the commands of the encoder and what left.
+class JournalSink final : public Sink {
+ public:
+  explicit JournalSink(std::vector<SentCommand>& sent) : sent_(sent) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<StimulationCommand, SentCommand>;
+  }
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    sent_.insert(sent_.end(), batch.sent.begin(), batch.sent.end());
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+ private:
+  std::vector<SentCommand>& sent_;
+  std::string uri_ = "journal:";
+};
+
+TEST(Stimulation, AllReceiversGetTheSameAndTheRecordHasWhatLeftAndWhatASinkRefused) {
+  auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
+  electrode.full_force_N = 0.05;
+  TactileModel model = *TactileModel::create({});
+  auto encoder = *StimulationEncoder::create(encoding_of({electrode}), encoded_model(model));
+  Pipeline pipeline(
+      model, {.delay = milliseconds{20}, .duration = milliseconds{2000}, .encoder = &encoder});
+  pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
+  std::vector<SentCommand> one;
+  std::vector<SentCommand> away;
+  std::vector<SentCommand> journal;
+  pipeline.add_sink(std::make_unique<AwaySink>(one, 0));
+  pipeline.add_sink(std::make_unique<AwaySink>(away, 5));
+  pipeline.add_sink(std::make_unique<JournalSink>(journal));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report) << report.error().sentence;
+  std::vector<SentCommand> left;
+  std::vector<SentCommand> refused;
+  for (const SentCommand& each : journal) (each.refused_by == 0 ? left : refused).push_back(each);
+  // A sink that a busy machine delays has an off of its own.
+  const auto late = std::count_if(refused.begin(), refused.end(),
+                                  [](const SentCommand& each) { return each.refused_by == 1; });
+  ASSERT_GT(left.size(), 15U);
+  EXPECT_TRUE(late > 0 || one == left);
+  std::map<std::uint32_t, SentCommand> sent;
+  for (const SentCommand& each : left) sent[each.command.heartbeat] = each;
+  ASSERT_EQ(sent.size(), left.size());
+  for (const auto* receiver : {&one, &away}) {
+    for (const SentCommand& each : *receiver) {
+      EXPECT_EQ(each.sent, sent.at(each.command.heartbeat).sent);
+      EXPECT_EQ(each.valid_until, sent.at(each.command.heartbeat).valid_until);
+      EXPECT_LE(each.command.amplitude_uA, sent.at(each.command.heartbeat).command.amplitude_uA);
+    }
+  }
+  EXPECT_EQ(report->commands_refused, refused.size());
+  EXPECT_GT(std::count_if(refused.begin(), refused.end(),
+                          [](const SentCommand& each) { return each.refused_by == 2; }),
+            3);
+  // After it was away, an off came first.
+  const auto off = std::find_if(away.begin(), away.end(), [](const SentCommand& each) {
+    return each.command.stop == Stop::kSinkFailure;
+  });
+  ASSERT_NE(off, away.end());
+  EXPECT_EQ(off->command.amplitude_uA, 0.0);
+  EXPECT_TRUE(std::all_of(
+      away.begin(), off, [](const SentCommand& each) { return each.command.amplitude_uA == 0.0; }));
 }
 
 }  // namespace

@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -10,14 +9,13 @@
 namespace merkel {
 namespace {
 
-TEST(Compare, FindsEveryFormatEqualAndSaysWhatDiffers) {
+TEST(Compare, FindsSessionsCsvAndNwbEqual) {
   const TemporaryFolder folder;
   const std::string csv = folder.path("s.csv");
   std::vector<std::string> run = {
       "run", "finger", "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink", "csv:" + csv};
-  const std::vector<std::string> others = {
-      "gdf:" + folder.path("s.gdf"), "xdf:" + folder.path("s.xdf"), "sonata:" + folder.path("s.h5"),
-      "nwb:" + folder.path("s.nwb"), "phy:" + folder.path("s")};
+  const std::vector<std::string> others = {"xdf:" + folder.path("s.xdf"),
+                                           "nwb:" + folder.path("s.nwb")};
   for (const std::string& uri : others) run.insert(run.end(), {"--sink", uri});
   const ProgramRun made = run_program(run);
   ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -60,38 +58,6 @@ TEST(Compare, CountsTimesFromTheStartOfTheRun) {
   EXPECT_EQ(run_program({"compare", a, b}).exit_code, 0);
 }
 
-// The forms of NEST 3's recording backend "ascii".
-TEST(Compare, ReadsFilesOfNest3) {
-  const TemporaryFolder folder;
-  const std::string comments = "# NEST version: 3.4\n# RecordingBackendASCII version: 2\n";
-  const std::string nest =
-      folder.file("s.dat", comments + "sender\ttime_ms\n1\t100.000\n2\t300.100\n");
-  const std::string csv = folder.file("s.csv", "time_s,neuron\n0.1,1\n0.3001,2\n");
-  EXPECT_EQ(run_program({"compare", nest, csv}).exit_code, 0);
-  const std::string steps =
-      folder.file("t.dat", comments + "sender\ttime_step\ttime_offset\n1\t1000\t0.0\n");
-  EXPECT_NE(run_program({"compare", steps, csv}).err.find("time_in_steps"), std::string::npos);
-}
-
-TEST(Compare, ReadsUnsignedTimesOfPhyFolders) {
-  const TemporaryFolder folder;
-  std::filesystem::create_directory(folder.path("phy"));
-  static_cast<void>(folder.file("phy/params.py", "sample_rate = 1000.\n"));
-  const auto npy = [](const std::string& type, const std::string& numbers) {
-    std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (1,), }";
-    header.resize(118, ' ');
-    return std::string("\x93NUMPY\x01\x00\x76\x00", 10) + header + numbers;
-  };
-  static_cast<void>(folder.file("phy/spike_clusters.npy", npy("<u4", {"\x02\x00\x00\x00", 4})));
-  static_cast<void>(
-      folder.file("phy/spike_times.npy", npy("<u8", {"\x64\x00\x00\x00\x00\x00\x00\x00", 8})));
-  const std::string csv = folder.file("s.csv", "time_s,neuron\n0.1,2\n");
-  EXPECT_EQ(run_program({"compare", folder.path("phy"), csv}).exit_code, 0);
-  static_cast<void>(folder.file("phy/spike_times.npy", npy("<u8", std::string(8, '\xff'))));
-  EXPECT_NE(run_program({"compare", folder.path("phy"), csv}).err.find("above 2^63"),
-            std::string::npos);
-}
-
 constexpr const char* kCommands =
     "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n";
 
@@ -131,6 +97,31 @@ TEST(CompareStimulation, ReportsDifferencesInAmplitudeFrequencyAndStop) {
   EXPECT_EQ(json["commands"]["only_in_a"], 0);
   EXPECT_EQ(json["commands"]["largest_amplitude_uA"], 0.5);
   EXPECT_EQ(json["commands"]["largest_frequency_Hz"], 3.0);
+}
+
+TEST(CompareStimulation, CommandsThatLeftAtOtherTimesDiffer) {
+  const TemporaryFolder folder;
+  const std::string header =
+      "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop,sent_monotonic_ns,"
+      "valid_until_ns\n";
+  const auto file = [&](const std::string& name, const std::string& sent) {
+    return folder.file(name, header + "0.01,E1,update,20,80,1,,71000000,131000000\n" +
+                                 "0.02,E1,update,30,80,2,," + sent + ",141000000\n");
+  };
+  const std::string a = file("a.csv", "81000000");
+  EXPECT_EQ(run_program({"compare", a, file("b.csv", "81000000")}).exit_code, 0);
+  const ProgramRun other = run_program({"compare", a, file("c.csv", "81000001")});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_NE(other.out.find("E1 at 0.020000000 s: 30 µA, 80 Hz, sent at 81000000 ns against 30 µA, "
+                           "80 Hz, sent at 81000001 ns"),
+            std::string::npos)
+      << other.out;
+  // A file of an older version has no such times, and one of a virtual clock has 0.
+  const std::string older = folder.file(
+      "o.csv", std::string(kCommands) + "0.01,E1,update,20,80,1,\n0.02,E1,update,30,80,2,\n");
+  EXPECT_EQ(run_program({"compare", a, older}).exit_code, 0);
+  EXPECT_EQ(run_program({"compare", a, file("v.csv", "0")}).exit_code, 0);
+  EXPECT_EQ(run_program({"compare", a, file("n.csv", "-1")}).exit_code, 2);
 }
 
 TEST(CompareStimulation, FindsTheCommandsOfARunItsSessionAndItsReplayEqual) {

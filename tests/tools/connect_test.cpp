@@ -22,6 +22,18 @@ namespace {
 
 using std::chrono::milliseconds;
 
+/// Connects with --yes. If the lines state no unit, follows the advice: the URI with the first one.
+ProgramRun connect_as_advised(const std::string& target, const std::string& out) {
+  const auto asked = run_program({"connect", target, "--yes", "--out", out});
+  std::smatch uri;
+  if (asked.exit_code != 2 ||
+      !std::regex_search(asked.err, uri, std::regex("use the URI '([^']+)'"))) {
+    return asked;
+  }
+  EXPECT_NE(asked.err.find("the numbers have no unit"), std::string::npos) << asked.err;
+  return run_program({"connect", uri[1], "--yes", "--out", out});
+}
+
 class ConnectTo : public testing::TestWithParam<std::string_view> {};
 
 TEST_P(ConnectTo, WritesASceneThatRuns) {
@@ -41,6 +53,17 @@ TEST_P(ConnectTo, WritesASceneThatRuns) {
 INSTANTIATE_TEST_SUITE_P(Devices, ConnectTo, testing::Values("hbf1", "mark10", "grbl", "zaber"),
                          [](const auto& entry) { return std::string(entry.param); });
 
+TEST(Connect, ACardThatIsNotThereIsNamed) {
+  const TemporaryFolder folder;
+  const auto connected =
+      run_program({"connect", "comedi:/dev/comedi_none", "--out", folder.path("s.toml")});
+  const bool built = connected.err.find("libcomedi-dev") == std::string::npos;
+  EXPECT_EQ(connected.exit_code, built ? 3 : 2) << connected.err;
+  EXPECT_TRUE(!built ||
+              connected.err.find("there is no device /dev/comedi_none") != std::string::npos)
+      << connected.err;
+}
+
 TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
   for (const auto& [line, columns, baud] :
        {std::tuple("Force: 0.300 N", "columns=force_N", 115200),
@@ -53,8 +76,7 @@ TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
         std::tuple("0.300", "columns=force_N", 57600)}) {
     const TemporaryFolder folder;
     const LinePrinter gauge(line, baud);
-    const auto connected =
-        run_program({"connect", gauge.name(), "--yes", "--out", folder.path("s.toml")});
+    const auto connected = connect_as_advised(gauge.name(), folder.path("s.toml"));
     ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
     const std::string scene = read_file(folder.path("s.toml"));
     EXPECT_NE(scene.find(columns), std::string::npos) << scene;
@@ -118,8 +140,14 @@ TEST(Connect, RecognisesATactileArray) {
   const LinePrinter array(line, 115200, {});
   const std::string scene = folder.path("s.toml");
   EXPECT_EQ(run_program({"connect", array.name(), "--out", scene}).exit_code, 2);
-  const auto connected =
-      run_program({"connect", array.name(), "--yes", "--overwrite", "--out", scene});
+  // Without a unit, no unit is taken: they may as well be counts.
+  const auto asked = run_program({"connect", array.name(), "--yes", "--out", scene});
+  EXPECT_EQ(asked.exit_code, 2);
+  std::smatch uri;
+  ASSERT_TRUE(std::regex_search(
+      asked.err, uri, std::regex("'([^']+taxel_count\\*64[^']+&pressure_kPa_per_count=1)'")))
+      << asked.err;
+  const auto connected = run_program({"connect", uri[1], "--overwrite", "--out", scene});
   ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
   EXPECT_NE(connected.out.find("taken as 8 x 8"), std::string::npos) << connected.out;
   const std::string text = read_file(scene);
@@ -254,8 +282,7 @@ TEST(Connect, SetsTheThresholdOfContactAboveTheNoiseAtRest) {
   const TemporaryFolder folder;
   LinePrinter gauge("0");
   gauge.drift(0.0, 1e-5);
-  const auto connected =
-      run_program({"connect", gauge.name(), "--yes", "--out", folder.path("s.toml")});
+  const auto connected = connect_as_advised(gauge.name(), folder.path("s.toml"));
   ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
   const std::string scene = read_file(folder.path("s.toml"));
   std::smatch found;
@@ -263,6 +290,7 @@ TEST(Connect, SetsTheThresholdOfContactAboveTheNoiseAtRest) {
       << scene;
   EXPECT_GT(std::stod(found[1]), 1e-4);
   EXPECT_LT(std::stod(found[1]), 0.06);
+  EXPECT_NE(scene.find("\nzero = \"track\""), std::string::npos) << scene;
 }
 
 // The last reading may be of a press; the noise is that of the time without one.
@@ -277,6 +305,9 @@ TEST(Connect, MeasuresTheNoiseBetweenPresses) {
   EXPECT_NEAR(*noise, 0.00126, 5e-5);
   EXPECT_TRUE(contact_line({.name = "force_N", .last = 1.5, .noise = noise})
                   .starts_with("contact_N = 0.0076"));
+  EXPECT_TRUE(contact_line({.name = "depth_mm", .last = 1.5, .noise = noise})
+                  .starts_with("contact_mm = 0.0076  # six times the noise of 0.0013 mm"));
+  EXPECT_EQ(contact_line({.name = "pad_kPa", .last = 1.5, .noise = noise}), "");
   EXPECT_FALSE(noise_at_rest(std::vector<double>(1000, 1.5)));
   EXPECT_FALSE(noise_at_rest({0.0, 0.001}));
 }
@@ -347,7 +378,7 @@ TEST(Connect, GivesEachSensorOfAHandItsProbe) {
     const TemporaryFolder folder;
     const LinePrinter hand(line, 115200, {.silence = milliseconds{1000}, .header = header});
     const std::string scene = folder.path("s.toml");
-    const auto connected = run_program({"connect", hand.name(), "--yes", "--out", scene});
+    const auto connected = connect_as_advised(hand.name(), scene);
     ASSERT_EQ(connected.exit_code, 0) << connected.err << connected.out;
     const std::string text = read_file(scene);
     EXPECT_NE(text.find(expected), std::string::npos) << text;

@@ -114,7 +114,7 @@ TEST(MistypedWords, AreAnsweredWithTheNearestOne) {
           {{"run", "--prob=sim:ramp"}, 2, "did you mean --probe?"},
           {{"run", "goodwim"}, 2, "did you mean goodwin?"},
           {{"plan", "papper"}, 2, "did you mean paper?"},
-          {{"scene", "zzz"}, 2, "the presets are paper"}});
+          {{"scene", "zzz"}, 2, "merkel scene --list prints the presets"}});
 }
 
 }  // namespace

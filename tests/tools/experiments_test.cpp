@@ -34,8 +34,7 @@ TEST(Experiments, AFigureMatchesWithinItsRangeOnly) {
 // An edge that slides along the finger reaches an afferent 4 mm farther on 0.1 s later.
 TEST(Experiments, ASurfaceReachesFartherAfferentsLater) {
   Indenter bar = surface_for_depth(0.8, 0.5);
-  bar.tip = Indenter::Tip::kBars;
-  bar.bars = {.widths_mm = {2.0}, .gaps_mm = {}, .length_mm = 10.0};
+  bar.tip = BarTip{.widths_mm = {2.0}, .gaps_mm = {}, .length_mm = 10.0};
   const Position places[] = {{-2.0, 0.0}, {2.0, 0.0}};
   auto afferents = PressedAfferents::create(preset_scene("goodwin")->model, bar, places, 4);
   ASSERT_TRUE(afferents) << afferents.error().key << " " << afferents.error().reason;

@@ -161,6 +161,32 @@ TEST(Hand, ARecordingOfAWholeHandGivesTheSpikesOfTheSimulation) {
   EXPECT_EQ(read_file(a), read_file(b));
 }
 
+TEST(Hand, OneSessionServesAllProbes) {
+  const TemporaryFolder folder;
+  const std::string a = folder.path("a.csv");
+  const std::string b = folder.path("b.csv");
+  const std::string session = folder.path("grasp.xdf");
+  const std::string scene = "tools/examples/hand_electrodes.toml";
+  const auto run = run_program({"run", scene, "--fast", "--duration-s", "1", "--sink", "csv:" + a,
+                                "--sink", "xdf:" + session});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto again = run_program({"run", scene, "--fast", "--probe", "replay:" + session,
+                                  "--duration-s", "1", "--sink", "csv:" + b});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_GT(read_file(a).size(), 1000U);
+  EXPECT_EQ(read_file(a), read_file(b));
+  // Of another number of probes, it says how.
+  const std::string two = folder.file("two.toml", "[[probe]]\n[[probe]]\n");
+  const auto refused = run_program({"run", two, "--fast", "--probe", "replay:" + session});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(has(refused.err, "holds the samples of 6 probes, but the scene has 2"))
+      << refused.err;
+  const auto each =
+      run_program({"run", two, "--fast", "--duration-s", "0.2", "--probe",
+                   "replay:" + session + "?probe=0", "--probe", "replay:" + session + "?probe=1"});
+  EXPECT_EQ(each.exit_code, 0) << each.err;
+}
+
 TEST(Hand, TheCommandLineChoosesChannelsAfterASharp) {
   const TemporaryFolder folder;
   const std::string trace = record_grasp(folder, "count=30&force_N=0.4&rate_hz=200");

@@ -3,14 +3,21 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include "core/math/random.hpp"
 #include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/line_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
+#include "tests/tools/program.hpp"
 #include "tools/run/merged_sessions.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -35,11 +42,18 @@ struct RigClock {
   }
 };
 
+/// The end of a pulse, 1 to 20 ms after its begin.
+nanoseconds end_of(nanoseconds begin) {
+  return begin + milliseconds{1} + std::chrono::microseconds{begin.count() / 1000 % 19'000};
+}
+
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
 /// Records a session of a rig: a spike and a sample every 100 ms, and marks.
+/// \param pulses  begins of pulses of its sync line, on its clock
 std::string record(const std::string& path, const RigClock& clock, const std::vector<int>& marks_s,
-                   const RunOrigin& origin, const Facts& facts) {
+                   const RunOrigin& origin, const Facts& facts,
+                   const std::vector<nanoseconds>& pulses = {}, int length_s = kLength_s) {
   static const Scene scene = *preset_scene("paper");
   static const TactileModel model = *TactileModel::create(scene.model);
   RunDescription run = describe_run(scene, model);
@@ -50,8 +64,14 @@ std::string record(const std::string& path, const RigClock& clock, const std::ve
                                         .run = std::move(run)});
   EXPECT_TRUE(sink);
   EXPECT_TRUE((*sink)->begin(origin));
-  for (int step = 0; step < 10 * kLength_s; ++step) {
+  std::size_t next_pulse = 0;
+  for (int step = 0; step < 10 * length_s; ++step) {
     const nanoseconds time = clock(milliseconds{100 * step});
+    std::vector<SyncEdge> edges;
+    for (; next_pulse < pulses.size() && pulses[next_pulse] <= time; ++next_pulse) {
+      edges.push_back({.time = pulses[next_pulse], .level = 1});
+      edges.push_back({.time = end_of(pulses[next_pulse]), .level = 0});
+    }
     const SpikeEvent spike{.time = time, .neuron = static_cast<std::uint32_t>(1 + step % 20)};
     const DeliveredSample sample{.sample = {.time = time,
                                             .arrival = time,
@@ -64,8 +84,11 @@ std::string record(const std::string& path, const RigClock& clock, const std::ve
     TickRecord tick;
     tick.number = static_cast<std::uint64_t>(step + 1);
     tick.time = time + milliseconds{1};
-    EXPECT_TRUE((*sink)->write(
-        {.samples = {&sample, 1}, .spikes = {&spike, 1}, .ticks = {&tick, 1}, .marks = marks}));
+    EXPECT_TRUE((*sink)->write({.samples = {&sample, 1},
+                                .edges = edges,
+                                .spikes = {&spike, 1},
+                                .ticks = {&tick, 1},
+                                .marks = marks}));
     if (step % 5 != 0) continue;
     EXPECT_TRUE((*sink)->flush());
   }
@@ -158,6 +181,129 @@ TEST(Merge, RecordsOfManySessionsComeInOrderWhicheverBeginsFirst) {
     EXPECT_EQ(of_session, std::vector<std::size_t>(7, 10U * kLength_s));
     EXPECT_TRUE((*merged)->complete());
   }
+}
+
+/// Pulses at irregular intervals as a recorder sees them, on its clock: some missing, some extra,
+/// jittered.
+std::vector<nanoseconds> seen_pulses(const RigClock& clock, int length_s, std::uint64_t seed) {
+  Random line(99);  // the same for all recorders
+  Random own(seed);
+  std::vector<nanoseconds> seen;
+  for (double time_s = line.uniform(0.06, 0.5); time_s < length_s;
+       time_s += line.uniform(0.06, 0.5)) {
+    const double jitter_s = own.uniform(-20e-6, 20e-6);
+    if (own.uniform() < 0.01) {
+      seen.push_back(clock(units::nanoseconds_from_s(time_s - own.uniform(0.0, 0.05))));
+    }
+    if (own.uniform() >= 0.03) seen.push_back(clock(units::nanoseconds_from_s(time_s + jitter_s)));
+  }
+  std::sort(seen.begin(), seen.end());
+  return seen;
+}
+
+std::string csv_of(const std::vector<nanoseconds>& times) {
+  std::string text = "time_s\n";
+  for (const nanoseconds each : times) {
+    append_seconds(text, each);
+    text += '\n';
+  }
+  return text;
+}
+
+TEST(Align, TwoHoursOfSpikesAreOnTheRecordersClockToATenthOfAMillisecond) {
+  constexpr int kTwoHours_s = 7200;
+  const TemporaryFolder folder;
+  const RigClock own{.offset_s = 1000.0};
+  const RigClock recorder{.offset_s = 37.5, .rate_ppm = 100.0};
+  const auto session = record(folder.path("a.xdf"), own, {}, {.start = own(nanoseconds{0})}, {},
+                              seen_pulses(own, kTwoHours_s, 1), kTwoHours_s);
+  const auto pulses = folder.file("pulses.csv", csv_of(seen_pulses(recorder, kTwoHours_s, 2)));
+  const std::string spikes = folder.path("aligned.csv");
+  const ProgramRun run =
+      run_program({"align", session, "--to", pulses, "--sink", "csv:" + spikes, "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto summary = nlohmann::json::parse(run.out);
+  EXPECT_NEAR(summary["rate_ppm"].get<double>(), 100.0, 0.01);
+  EXPECT_NEAR(summary["offset_s"].get<double>(), 37.5 - 1000.0, 1e-4);
+  EXPECT_LT(summary["residual_ms"].get<double>(), 0.1);
+  EXPECT_GT(summary["matched"].get<double>(), 0.92 * summary["pulses"].get<double>());
+  auto lines = LineReader::open(spikes);
+  ASSERT_TRUE(lines);
+  ASSERT_EQ(lines->next(), LineReader::Outcome::kLine);  // the header
+  double largest_ms = 0.0;
+  int step = 0;
+  for (; lines->next() == LineReader::Outcome::kLine; ++step) {
+    std::string_view row = lines->line();
+    const auto error = *parse_seconds(take_field(row)) - recorder(milliseconds{100 * step});
+    largest_ms = std::max(largest_ms, std::fabs(units::ms_from(error)));
+  }
+  EXPECT_EQ(step, 10 * kTwoHours_s);
+  EXPECT_LT(largest_ms, 0.1);
+}
+
+TEST(Align, PulsesOfAnotherRecordingAreRefused) {
+  const TemporaryFolder folder;
+  const auto session =
+      record(folder.path("a.xdf"), {}, {10, 20}, {}, {}, seen_pulses({}, kLength_s, 1));
+  std::vector<nanoseconds> others;
+  Random random(5);
+  for (double time_s = 0.0; time_s < kLength_s; time_s += random.uniform(0.06, 0.5)) {
+    others.push_back(units::nanoseconds_from_s(time_s));
+  }
+  const auto pulses = folder.file("pulses.csv", csv_of(others));
+  const std::string spikes = folder.path("aligned.csv");
+  const ProgramRun run = run_program({"align", session, "--to", pulses, "--sink", "csv:" + spikes});
+  EXPECT_EQ(run.exit_code, 2);
+  EXPECT_TRUE(has(run.err, "do not match: no place fits")) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(spikes));
+  const ProgramRun marks = run_program({"align", session, "--to", pulses, "--mark", "start"});
+  EXPECT_EQ(marks.exit_code, 2);
+  EXPECT_TRUE(has(marks.err, "its marks are sync")) << marks.err;
+}
+
+TEST(Align, AnInvertedLineIsMatchedByItsFallingEdges) {
+  const TemporaryFolder folder;
+  const auto begins = seen_pulses({}, kLength_s, 1);
+  std::vector<nanoseconds> ends;
+  for (const nanoseconds each : begins) ends.push_back(end_of(each));
+  std::sort(ends.begin(), ends.end());
+  const auto session = record(folder.path("a.xdf"), {}, {}, {}, {}, begins);
+  const ProgramRun run =
+      run_program({"align", session, "--to", folder.file("p.csv", csv_of(ends))});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has(run.err, "the line is inverted")) << run.err;
+}
+
+TEST(Align, TheEdgesOfARecordingGoIntoTheSessionOfARunWithIt) {
+  const TemporaryFolder folder;
+  const auto a = record(folder.path("a.xdf"), {}, {}, {}, {}, seen_pulses({}, 20, 1), 20);
+  const std::string b = folder.path("b.xdf");
+  const ProgramRun run =
+      run_program({"run", "paper", "--fast", "--probe", "replay:" + a, "--sink", "xdf:" + b});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramRun recorded = run_program({"inspect", "session", a, "--stream", "sync"});
+  EXPECT_GT(std::count(recorded.out.begin(), recorded.out.end(), '\n'), 100);
+  EXPECT_EQ(run_program({"inspect", "session", b, "--stream", "sync"}).out, recorded.out);
+}
+
+TEST(Merge, PulsesOfASyncLineGiveOffsetAndRate) {
+  for (const RigClock& clock : {RigClock{3.25, 50.0}, RigClock{-1.5, -300.0}}) {
+    const TemporaryFolder folder;
+    const auto a = record(folder.path("a.xdf"), {}, {}, {}, {}, seen_pulses({}, kLength_s, 1));
+    const auto b =
+        record(folder.path("b.xdf"), clock, {}, {}, {}, seen_pulses(clock, kLength_s, 2));
+    const auto merged = MergedSessions::open({a, b}, {.pulses = true});
+    ASSERT_TRUE(merged) << merged.error().sentence;
+    const double error_ms = largest_error_ms(**merged);
+    EXPECT_LT(error_ms, 0.1);
+    const auto& alignment = (*merged)->alignments().front();
+    ASSERT_TRUE(alignment.residual);
+    EXPECT_LT(units::ms_from(*alignment.residual), 0.1);
+  }
+  const TemporaryFolder folder;
+  const auto a = record(folder.path("a.xdf"), {}, {}, {}, {});
+  EXPECT_TRUE(has(MergedSessions::open({a, a}, {.pulses = true}).error().sentence,
+                  "has no pulses of a sync line"));
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ TEST(Recordings, ThePublishedOnesAreAllThere) {
   ASSERT_EQ(light.points.size(), 7U);
   EXPECT_EQ(light.points[6].x, 694.0);
   EXPECT_EQ(light.points[6].measured, 84.0);
-  EXPECT_NEAR(light.points[6].stimulus.indenter.radius_mm, 1000.0 / 694.0, 1e-12);
-  EXPECT_TRUE(std::isinf(light.points[0].stimulus.indenter.radius_mm));
+  EXPECT_NEAR(light.points[6].stimulus.indenter.sphere()->radius_mm, 1000.0 / 694.0, 1e-12);
+  EXPECT_TRUE(std::isinf(light.points[0].stimulus.indenter.sphere()->radius_mm));
   EXPECT_EQ(light.points[0].stimulus.indenter.control, Indenter::Control::kForce);
   EXPECT_NEAR(light.points[0].stimulus.level, 98.0, 1e-9);
   EXPECT_NE(light.cite.find("Goodwin"), std::string::npos);
@@ -61,8 +61,9 @@ TEST(Recordings, BarsMayBeGivenByTheirEdges) {
                                      "d.json");
   ASSERT_TRUE(read) << read.error().sentence;
   const Stimulus& stimulus = read->sets[0].points[1].stimulus;
-  EXPECT_EQ(stimulus.indenter.bars.widths_mm, (std::vector<double>{3.0, 1.5, 3.0}));
-  EXPECT_EQ(stimulus.indenter.bars.gaps_mm, (std::vector<double>{1.0, 1.5}));
+  EXPECT_EQ(std::get<BarTip>(stimulus.indenter.tip).widths_mm,
+            (std::vector<double>{3.0, 1.5, 3.0}));
+  EXPECT_EQ(std::get<BarTip>(stimulus.indenter.tip).gaps_mm, (std::vector<double>{1.0, 1.5}));
   // The centre of the row is at 1 mm, half a millimetre to the right of the afferent.
   EXPECT_EQ(stimulus.offset_mm, 0.5);
   for (const char* const edges : {"[]", "[[1, 0]]", "[[0, 2], [1, 3]]", "[[0]]", "[0, 1]"}) {
@@ -91,14 +92,14 @@ TEST(Recordings, OtherConditionsHaveAFormToo) {
   EXPECT_EQ(read->sets[0].points[2].stimulus.offset_mm, 2.0);
   EXPECT_NEAR(read->sets[0].points[2].stimulus.level, 147.0, 1e-9);
   const Stimulus& bars = read->sets[1].points[0].stimulus;
-  EXPECT_EQ(bars.indenter.tip, Indenter::Tip::kBars);
+  EXPECT_EQ(bars.indenter.tip_name(), "bars");
   EXPECT_EQ(bars.indenter.control, Indenter::Control::kDepth);
   EXPECT_EQ(bars.offset_mm, 2.0);
   EXPECT_EQ(bars.count_s, 0.5);
   EXPECT_NEAR(bars.ramp_s, 0.02, 1e-12);
   const Stimulus& sine = read->sets[2].points[0].stimulus;
   EXPECT_EQ(sine.level, 0.1);
-  EXPECT_EQ(sine.indenter.pin.diameter_mm, 2.0);
+  EXPECT_EQ(std::get<PinTip>(sine.indenter.tip).diameter_mm, 2.0);
   EXPECT_GT(sine.settle_s, 0.3);
   EXPECT_EQ(read->sets[3].points[0].stimulus.decline_over_s, 5.0);
 }

@@ -41,6 +41,53 @@ TEST(Run, RepeatPlaysThePressesUntilTheDurationEnds) {
   EXPECT_NE(device.err.find("no probe of the scene is a recording"), std::string::npos);
 }
 
+TEST(Run, SetGivesTheSpikesOfASceneFileWithTheKey) {
+  const TemporaryFolder folder;
+  const auto spikes = [&](std::vector<std::string> arguments) {
+    const std::string file = folder.path("set.csv");
+    for (const char* more : {"--fast", "--overwrite", "--sink"}) arguments.emplace_back(more);
+    arguments.push_back("csv:" + file);
+    const auto run = run_program(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_file(file);
+  };
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[skin]\nradius_mm = 8\n[[probe]]\nx_mm = 14.5\n");
+  const std::string set =
+      spikes({"run", "goodwin", "--set", "skin.radius_mm=8", "--set", "probe.x_mm=14.5"});
+  EXPECT_GT(set.size(), 1000U);
+  EXPECT_EQ(set, spikes({"run", scene}));
+  EXPECT_NE(set, spikes({"run", "goodwin"}));
+
+  const auto refused = [&](const std::string& text) {
+    const auto run = run_program({"run", "goodwin", "--fast", "--set", text});
+    EXPECT_EQ(run.exit_code, 2);
+    return run.err;
+  };
+  EXPECT_NE(refused("skin.radius=8").find("did you mean skin.radius_mm?"), std::string::npos);
+  EXPECT_NE(refused("skin.radius_mm").find("is not KEY=VALUE"), std::string::npos);
+  EXPECT_NE(refused("skin.radius_mm=wide").find("skin.radius_mm must be"), std::string::npos);
+}
+
+TEST(Run, ExamplesAndTheirTracesAreFoundByName) {
+  const auto list = run_program({"scene", "--list"});
+  EXPECT_EQ(list.exit_code, 0) << list.err;
+  for (const char* line :
+       {"  goodwin: 450 afferents", "  letter: An embossed letter A, 6 mm high"}) {
+    EXPECT_NE(list.out.find(line), std::string::npos) << list.out;
+  }
+  const auto by_name = run_program({"scene", "edge_orientation"});
+  EXPECT_EQ(by_name.exit_code, 0) << by_name.err;
+  EXPECT_EQ(by_name.out, run_program({"scene", "tools/examples/edge_orientation.toml"}).out);
+  EXPECT_EQ(spikes_of("replay:taps"), spikes_of("replay:" + kTraces + "taps.csv"));
+
+  const auto mistyped = run_program({"run", "leter", "--fast"});
+  EXPECT_EQ(mistyped.exit_code, 2);
+  EXPECT_NE(mistyped.err.find("did you mean letter?"), std::string::npos) << mistyped.err;
+  const auto unknown = run_program({"run", "zzzzzzzz", "--fast"});
+  EXPECT_NE(unknown.err.find("merkel scene --list"), std::string::npos) << unknown.err;
+}
+
 TEST(Run, ChunksOfSamplesDoNotChangeAByte) {
   for (const char* trace : {"ramp_and_hold.csv", "taps.csv", "slide.csv", "faulty.csv"}) {
     const std::string one = spikes_of("replay:" + kTraces + trace + "?chunk=1");

@@ -26,7 +26,7 @@ TEST(SceneFile, AnEmptySceneIsTheBuiltInOne) {
   ASSERT_TRUE(scene) << scene.error().sentence;
   EXPECT_EQ(scene->probes.size(), 1U);
   EXPECT_EQ(scene->probes[0].uri, preset_scene("paper")->probes[0].uri);
-  EXPECT_EQ(scene->model.indenters[0].radius_mm, 2.0);
+  EXPECT_EQ(scene->model.indenters[0].sphere()->radius_mm, 2.0);
   EXPECT_EQ(scene->model.tick, std::chrono::milliseconds{1});
   EXPECT_EQ(scene->probes[0].input.x_mm, 15.0);
 }
@@ -103,7 +103,7 @@ uri = "csv:b"
   ASSERT_TRUE(scene) << scene.error().sentence;
   const auto& model = scene->model;
   EXPECT_EQ(scene->probes[0].uri, "replay:a.csv");
-  EXPECT_EQ(model.indenters[0].radius_mm, 5.0);
+  EXPECT_EQ(model.indenters[0].sphere()->radius_mm, 5.0);
   EXPECT_EQ(scene->probes[0].delay, std::chrono::microseconds{3500});
   EXPECT_EQ(scene->probes[0].input.x_mm, 4.0);
   EXPECT_EQ(scene->probes[0].input.y_mm, 5.5);
@@ -161,10 +161,10 @@ energy_density = "full"
   ASSERT_TRUE(scene) << scene.error().sentence;
   EXPECT_EQ(scene->model.transduction.lambda_kPa, 2e-4);
   const Indenter& indenter = scene->model.indenters[0];
-  EXPECT_EQ(indenter.tip, Indenter::Tip::kBars);
-  EXPECT_EQ(indenter.bars.widths_mm, (std::vector<double>{3.0, 4.5}));
-  EXPECT_EQ(indenter.bars.gaps_mm, (std::vector<double>{2.0}));
-  EXPECT_EQ(indenter.bars.length_mm, 12.0);
+  const auto& bars = std::get<BarTip>(indenter.tip);
+  EXPECT_EQ(bars.widths_mm, (std::vector<double>{3.0, 4.5}));
+  EXPECT_EQ(bars.gaps_mm, (std::vector<double>{2.0}));
+  EXPECT_EQ(bars.length_mm, 12.0);
   EXPECT_EQ(scene->model.skin.thickness_mm, 4.0);
   EXPECT_EQ(scene->model.skin.contact_law, ContactLaw::kSneddon);
   EXPECT_EQ(scene->model.skin.energy_density, EnergyDensity::kFull);
@@ -176,7 +176,7 @@ TEST(SceneFile, SeveralProbesAreAnArrayOfTables) {
   ASSERT_TRUE(scene);
   ASSERT_EQ(scene->probes.size(), 2U);
   EXPECT_EQ(scene->probes[1].uri, "sim:taps");
-  EXPECT_EQ(scene->model.indenters[1].radius_mm, 1.0);
+  EXPECT_EQ(scene->model.indenters[1].sphere()->radius_mm, 1.0);
 }
 
 TEST(SceneFile, APressWithoutPositionIsAtThePatchsCentre) {
@@ -268,8 +268,7 @@ diameter_mm = 0.5
   EXPECT_EQ(neuron.noise.sigma, 0.5);
   EXPECT_EQ(neuron.noise.seed, 9U);
   EXPECT_EQ(neuron.refractory_ms, 3.0);
-  EXPECT_EQ(model.indenters[0].tip, Indenter::Tip::kPin);
-  EXPECT_EQ(model.indenters[0].pin.diameter_mm, 0.5);
+  EXPECT_EQ(std::get<PinTip>(model.indenters[0].tip).diameter_mm, 0.5);
   const auto made = TactileModel::create(model);
   ASSERT_TRUE(made) << made.error().key << " " << made.error().reason;
   EXPECT_EQ(made->neurons(), 2U);
@@ -392,7 +391,7 @@ TEST(SceneFile, ReadsAShapeBesideTheScene) {
       << "[probe]\ntip = \"shape\"\nshape = \"step.csv\"\npixel_mm = 0.25\n";
   const auto scene = read_scene((folder / "s.toml").string());
   ASSERT_TRUE(scene) << scene.error().sentence;
-  const TipShape& shape = scene->model.indenters[0].shape;
+  const auto& shape = std::get<ShapeTip>(scene->model.indenters[0].tip);
   ASSERT_TRUE(shape.map);
   EXPECT_EQ(shape.map->grid.columns, 3U);
   EXPECT_EQ(shape.map->height_mm[5], 0.5);

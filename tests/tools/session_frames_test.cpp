@@ -153,8 +153,9 @@ TEST(InspectSession, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(rows.size(), 101U);
   EXPECT_EQ(
       rows[0],
-      "number,probe,time_s,latency_s,depth_mm,force_mN,x_mm,y_mm,late,state,delay_s,taxel_blocks");
-  EXPECT_EQ(rows[1], "1,0,0.001000000,0.000000000,0,0,15,10,0,following,0.000000000,0");
+      "number,probe,time_s,latency_s,depth_mm,force_mN,x_mm,y_mm,late,state,delay_s,taxel_blocks,doubts,"
+      "touch");
+  EXPECT_EQ(rows[1], "1,0,0.001000000,0.000000000,0,0,15,10,0,following,0.000000000,0,0,free");
 }
 
 }  // namespace

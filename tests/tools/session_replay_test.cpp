@@ -195,6 +195,22 @@ TEST(SessionReplay, ALostTickRecordIsNamed) {
   EXPECT_EQ(verdict.ticks, 1U);
 }
 
+TEST(Replay, ASessionHoldsTheMeasuredShapeOfItsTip) {
+  const TemporaryFolder folder;
+  const std::string shape = folder.file("map.csv", "0.3,0.3,0.3\n0.3,0,inf\n0.3,0.1,0.3\n");
+  const std::string scene =
+      folder.file("s.toml",
+                  "preset = \"goodwin\"\n[probe]\nuri = \"sim:ramp?depth_mm=0.6\"\n"
+                  "tip = \"shape\"\nshape = \"map.csv\"\npixel_mm = 0.5\n");
+  const std::string session = folder.path("s.xdf");
+  const auto run = run_program({"run", scene, "--fast", "--sink", "xdf:" + session});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_TRUE(std::filesystem::remove(shape));
+  const auto replay = run_program({"replay", session});
+  EXPECT_EQ(replay.exit_code, 0) << replay.err;
+  EXPECT_NE(replay.out.find("bit-identical"), std::string::npos) << replay.out;
+}
+
 TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
   const TemporaryFolder folder;
   const std::string scene =

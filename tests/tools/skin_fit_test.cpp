@@ -16,8 +16,8 @@
 namespace merkel {
 namespace {
 
-const Indenter kPlate{.radius_mm = std::numeric_limits<double>::infinity(), .bars = {}, .pin = {}};
-const Indenter kPin{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 6.35}};
+const Indenter kPlate{.tip = SphereTip{std::numeric_limits<double>::infinity()}};
+const Indenter kPin{.tip = PinTip{.diameter_mm = 6.35}};
 const SkinParameters kFinger{.radius_mm = 7.0};
 const std::vector<ForceAtDepth> kPlateForces = {
     {0.5, 37.0}, {1.0, 159.0}, {1.5, 395.0}, {2.0, 768.0}};
@@ -188,8 +188,7 @@ TEST(FitSkinCommand, WritesASceneWhosePressHasTheForce) {
   EXPECT_EQ(scene->model.skin.radius_mm, 9.0);
   EXPECT_EQ(scene->model.skin.poisson_ratio, 0.45);
   EXPECT_EQ(scene->model.skin.epidermis_kPa, scene->model.skin.dermis_kPa);
-  EXPECT_EQ(scene->model.indenters.front().tip, Indenter::Tip::kPin);
-  EXPECT_EQ(scene->model.indenters.front().pin.diameter_mm, 6.35);
+  EXPECT_EQ(std::get<PinTip>(scene->model.indenters.front().tip).diameter_mm, 6.35);
 
   // A phantom that does not stiffen.
   std::string elastic = "time_s,depth_mm,force_N\n";

@@ -28,10 +28,13 @@ namespace {
 constexpr const char* kExample = "tools/examples/taxel_array.toml";
 
 /// An array at a TCP port that prints its clock and 16 × 16 pressures once a millisecond: noise,
-/// and after a second a press of 30 kPa on four taxels. One taxel is dead, another has no value.
+/// and after a second a press of 30 kPa on four taxels. One taxel is dead, another has no value; of
+/// the others, it may have none in every tenth reading, or none at all from 0.5 s on.
 class ArrayServer {
  public:
-  ArrayServer() : listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
+  enum class Gaps { kNone, kTenth, kAll };
+  explicit ArrayServer(Gaps gaps = Gaps::kNone)
+      : gaps_(gaps), listener_(::socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -63,7 +66,9 @@ class ArrayServer {
         const bool pressed = k > 1000 && (i == 119 || i == 120 || i == 135 || i == 136);
         const int noise = i == 7 ? 0 : (k * 7919 + i * 104729) % 5 - 2;
         const double kPa = (pressed ? 30.0 : 0.0) + 0.01 * noise;
-        line += i == 9 ? ",nan" : "," + std::to_string(kPa).substr(0, 6);
+        const bool gap = i == 9 || (gaps_ == Gaps::kTenth && (k + 3 * i) % 10 == 0) ||
+                         (gaps_ == Gaps::kAll && k > 500);
+        line += gap ? ",nan" : "," + std::to_string(kPa).substr(0, 6);
       }
       line += "\n";
       if (::send(client, line.data(), line.size(), MSG_NOSIGNAL) < 0) break;
@@ -72,6 +77,7 @@ class ArrayServer {
     ::close(client);
   }
 
+  Gaps gaps_;
   int listener_;
   int port_ = 0;
   std::jthread thread_;
@@ -145,6 +151,42 @@ TEST(Taxels, AnArrayOfADeviceIsZeroedAndItsFaultsAreNamed) {
   EXPECT_GT(json["spikes"], 10);
   EXPECT_EQ(json["probes"][0]["device"]["refused"], 0);
   EXPECT_EQ(run_program({"replay", session}).exit_code, 0);
+}
+
+constexpr const char* kArrayTip = "tip = \"taxels\"\ntaxel_columns = 16\ntaxel_rows = 16\n";
+
+// Recorded first, so that a busy machine loses no sample.
+TEST(Taxels, OneMissingValueInTenChangesFewSpikes) {
+  const TemporaryFolder folder;
+  const auto spikes_with = [&](ArrayServer::Gaps gaps) {
+    const ArrayServer array(gaps);
+    const std::string trace = folder.path("pad.csv");
+    const auto recorded = run_program(
+        {"record", array.uri() + "#taxels=256", trace, "--duration-s", "2.5", "--overwrite"});
+    EXPECT_LE(recorded.exit_code, 1) << recorded.err;
+    const auto run = run_program(
+        {"run",
+         folder.file("s.toml",
+                     "preset = \"goodwin\"\n[probe]\nuri = \"replay:" + trace + "\"\n" + kArrayTip),
+         "--fast", "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return nlohmann::json::parse(run.out)["spikes"].get<double>();
+  };
+  const double whole = spikes_with(ArrayServer::Gaps::kNone);
+  EXPECT_GT(whole, 100.0);
+  EXPECT_NEAR(spikes_with(ArrayServer::Gaps::kTenth), whole, 0.03 * whole);
+}
+
+TEST(Taxels, AnArrayWithoutValuesIsReleasedAndInTheVerdict) {
+  const TemporaryFolder folder;
+  const ArrayServer array(ArrayServer::Gaps::kAll);
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[probe]\nuri = \"" + array.uri() + "\"\n" + kArrayTip);
+  const auto run = run_program({"run", scene, "--duration-s", "2"});
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_TRUE(has(run.err, "no value from taxel1_kPa, taxel2_kPa")) << run.err;
+  EXPECT_TRUE(has(run.out, ": 256 of its 256 taxels had no value (taxel1_kPa, ")) << run.out;
+  EXPECT_FALSE(has(run.out + run.err, "damaged, impossible")) << run.err;
 }
 
 TEST(Taxels, ThePlanRehearsesAnArray) {
@@ -270,6 +312,34 @@ TEST(Taxels, AWideTraceIsRecordedPlayedAndConnected) {
   EXPECT_GT(nlohmann::json::parse(run.out)["spikes"], 10);
   device.send(SIGTERM);
   static_cast<void>(device.finish());
+}
+
+TEST(Taxels, AMissingValueInATraceIsBridgedForThreeRows) {
+  const TemporaryFolder folder;
+  const auto force_after = [&](int missing) {
+    std::string rows = "time_s";
+    for (int i = 1; i <= 40; ++i) rows += ",taxel" + std::to_string(i) + "_kPa";
+    rows += "\n";
+    for (int k = 0; k < 400; ++k) {
+      rows += std::to_string(0.001 * k);
+      const bool gap = k >= 400 - missing;
+      for (int i = 0; i < 40; ++i) rows += gap ? "," : ",30";
+      rows += "\n";
+    }
+    const std::string session = folder.path("s.xdf");
+    const auto run = run_program(
+        {"run",
+         folder.file("s.toml",
+                     "preset = \"goodwin\"\n[probe]\nuri = \"replay:" + folder.file("t.csv", rows) +
+                         "\"\ntip = \"taxels\"\ntaxel_columns = 8\ntaxel_rows = 5\n"),
+         "--fast", "--sink", "xdf:" + session, "--overwrite"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const auto ticks = run_program({"inspect", "session", session, "--stream", "ticks"});
+    const auto last = ticks.out.rfind('\n', ticks.out.size() - 2);
+    return ticks.out.substr(last + 1);
+  };
+  EXPECT_TRUE(has(force_after(3), ",1200,")) << force_after(3);
+  EXPECT_FALSE(has(force_after(5), ",1200,")) << force_after(5);
 }
 
 TEST(Taxels, ATraceWithAColumnPerTaxelFeedsAnArray) {

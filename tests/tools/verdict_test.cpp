@@ -186,7 +186,48 @@ TEST(EndlessTouch, IsNamedOnceWhileTheRunLasts) {
 TEST(Verdict, AFlickeringContactIsNamed) {
   EXPECT_EQ(
       of_device([](RunReport::OfProbe& probe) { probe.press_range.brief_touches = 40; }).sentence,
-      "the contact of serial:x flickered: 40 touches ended within 10 ms");
+      "the contact of serial:x flickered: 40 touches ended within 15 ms");
+}
+
+TEST(Verdict, DriftIsNamedWithItsRate) {
+  const auto drifted = [](bool followed, std::uint64_t brief_touches) {
+    return of_device([=](RunReport::OfProbe& probe) {
+      probe.contact.contact_N = 0.012;
+      probe.drift = {.last_mN = -20.0, .last = std::chrono::seconds{120}, .followed = followed};
+      probe.press_range.brief_touches = brief_touches;
+    });
+  };
+  EXPECT_EQ(drifted(true, 0).sentence,
+            "the zero of serial:x drifted by 20 mN in 120 s (0.17 mN/s), and was followed");
+  EXPECT_EQ(
+      drifted(false, 40).sentence,
+      "the contact of serial:x flickered: 40 touches ended within 15 ms; its zero drifted by 20 "
+      "mN in 120 s (0.17 mN/s)");
+  EXPECT_EQ(drifted(false, 0).sentence, "");
+}
+
+TEST(Verdict, AnUncertainZeroIsNamed) {
+  const Outcome run = of_device(
+      [](RunReport::OfProbe& probe) { probe.drift.uncertain = std::chrono::seconds{12}; });
+  EXPECT_EQ(run.sentence,
+            "the zero of serial:x was uncertain for 12 s: its contact may have been drift, and "
+            "stimulation was suspended");
+  EXPECT_FALSE(run.failed_strictly);
+}
+
+TEST(EndlessTouch, AnUncertainZeroIsNamedOnceInEachTouch) {
+  EndlessTouch endless;
+  RunProgress progress;
+  progress.probes = {{.name = "gauge", .live = true}};
+  const auto said = [&](bool uncertain) {
+    progress.probes[0].zero_uncertain = uncertain;
+    return endless.sentences(progress).size();
+  };
+  EXPECT_EQ(said(false), 0U);
+  EXPECT_EQ(said(true), 1U);
+  EXPECT_EQ(said(true), 0U);
+  EXPECT_EQ(said(false), 0U);
+  EXPECT_EQ(said(true), 1U);
 }
 
 TEST(Verdict, AForceThatNoFingerBearsIsNamed) {

@@ -21,6 +21,7 @@
 #include "tools/run/verdict.hpp"
 #include "tools/scene/machine_facts.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
@@ -132,7 +133,8 @@ Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& model
   auto scene = with_overrides(*base, job.overrides);
   if (!scene) return Unexpected<SetupError>(scene.error());
   if (!job.probe.empty()) {
-    if (auto set = scene->set_probes({job.probe}); !set) return Unexpected<SetupError>(set.error());
+    if (auto set = set_probes(*scene, {job.probe}); !set)
+      return Unexpected<SetupError>(set.error());
   }
   if (job.seed) scene->set_seed(*job.seed);
   scene->loop.threads = 1;  // the jobs share the cores; the spikes are the same

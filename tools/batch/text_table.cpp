@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "drivers/files/column_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -100,13 +102,7 @@ std::string table_line(const std::vector<std::string>& cells) {
   std::string line;
   for (const std::string& cell : cells) {
     if (&cell != cells.data()) line.push_back(',');
-    if (cell.find_first_of(",\"\n\r") == std::string::npos && !cell.starts_with(' ')) {
-      line += cell;
-      continue;
-    }
-    line.push_back('"');
-    for (const char c : cell) line.append(c == '"' ? 2 : 1, c);
-    line.push_back('"');
+    append_field(line, cell);
   }
   return line + "\n";
 }

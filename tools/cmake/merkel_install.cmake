@@ -34,6 +34,10 @@ if(TARGET merkel)
   install(FILES ${PROJECT_BINARY_DIR}/merkel@.service
     DESTINATION lib/systemd/system COMPONENT runtime)
 
+  # Examples, found by name above the program (drivers/files/example_file).
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/tools/examples ${PROJECT_SOURCE_DIR}/tests/traces
+    DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/merkel COMPONENT runtime)
+
   # Shell completion, as the program prints it.
   if(NOT CMAKE_CROSSCOMPILING)
     set(completions)
@@ -55,7 +59,7 @@ if(TARGET merkel)
   set(folders core drivers realtime tools tests)
   list(TRANSFORM folders PREPEND ${PROJECT_SOURCE_DIR}/)
   list(TRANSFORM folders APPEND /README.md)
-  file(GLOB_RECURSE documents RELATIVE ${PROJECT_SOURCE_DIR} ${folders})
+  file(GLOB_RECURSE documents RELATIVE ${PROJECT_SOURCE_DIR} ${folders} ${PROJECT_SOURCE_DIR}/tools/guides/*.md)
   foreach(document README.md CHANGELOG.md ${documents})
     cmake_path(GET document PARENT_PATH folder)
     install(FILES ${PROJECT_SOURCE_DIR}/${document}

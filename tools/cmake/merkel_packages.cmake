@@ -11,6 +11,14 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# A rebuilt package is newer than the one before it.
+execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/version
+  OUTPUT_VARIABLE build_version OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${PROJECT_SOURCE_DIR}/tools/version --time
+  OUTPUT_VARIABLE build_time OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND date -u -R -d @${build_time}
+  OUTPUT_VARIABLE build_date OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+set(CPACK_DEBIAN_PACKAGE_VERSION ${build_version})
 # tools/package builds the packed targets; the tests are not needed.
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)
 
@@ -25,11 +33,11 @@ function(merkel_package component)
   file(CONFIGURE OUTPUT ${folder}/copyright @ONLY CONTENT
     "@licence@\nThe live page contains uPlot:\n\n@page_licence@")
   file(CONFIGURE OUTPUT ${folder}/changelog @ONLY CONTENT
-"merkel (@PROJECT_VERSION@) unstable; urgency=medium
+"merkel (@build_version@) unstable; urgency=medium
 
   * What changed: CHANGELOG.md in the sources.
 
- -- @CPACK_PACKAGE_CONTACT@  Sun, 22 Nov 2026 00:00:00 +0000
+ -- @CPACK_PACKAGE_CONTACT@  @build_date@
 ")
   execute_process(COMMAND gzip -9nf ${folder}/changelog)
   install(FILES ${folder}/copyright ${folder}/changelog.gz
@@ -53,7 +61,7 @@ systemd unit.")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 
 set(libraries "libexpected-dev, libhwy-dev, libpugixml-dev")
-string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, libhiredis-dev, liblo-dev, libhdf5-dev")
+string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, libhiredis-dev, liblo-dev, libhdf5-dev, libcomedi-dev")
 merkel_package(development
   NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"
   DESCRIPTION "Static libraries, headers and a CMake package: the model, the

@@ -141,7 +141,7 @@ void add_compare_command(CommandLine& program) {
       .subcommand(
           "compare",
           "Matches the spikes of two files by neuron and time, and lists those without a partner. "
-          "Reads CSV, GDF, NEST 3's .dat, sessions (XDF), SONATA, NWB and Phy folders. Stimulation commands, of "
+          "Reads CSV, sessions (XDF) and NWB. Stimulation commands, of "
           "stim-csv files and of sessions, are matched by electrode and time; different "
           "amplitudes, frequencies and reasons to stop are listed. Times count from the start of "
           "the run. Exit code 0: equal; 1: different.",

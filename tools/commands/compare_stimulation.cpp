@@ -23,7 +23,19 @@ std::string value_of(const RecordedCommand& command) {
   if (command.stop != StimulationCommand::Stop::kNone) {
     text += fmt::format(" (stop: {})", name_of(command.stop));
   }
+  if (command.sent.count() != 0) text += fmt::format(", sent at {} ns", command.sent.count());
   return text;
+}
+
+/// Whether its commands have the times at which they left.
+bool has_sent_times(const std::vector<RecordedCommand>& commands) {
+  return !commands.empty() && commands.back().sent.count() != 0;
+}
+
+/// Of a session, what left, if the other file holds that too.
+const std::vector<RecordedCommand>& compared_of(const StimulationFile& file,
+                                                const StimulationFile& other) {
+  return has_sent_times(other.commands) && !file.sent.empty() ? file.sent : file.commands;
 }
 
 /// Infinite if only one value is a number.
@@ -54,17 +66,18 @@ Expected<StimulationFile, SetupError> read_stimulation_file(const std::string& p
 StimulationComparison compare_stimulation(const StimulationFile& a, const StimulationFile& b,
                                           const StimulationTolerance& tolerance) {
   StimulationComparison result;
-  result.matching =
-      match(a.commands, b.commands, tolerance.time, [](const RecordedCommand& command) {
-        return std::make_pair(command.electrode, command.kind);
-      });
+  result.matching = match(compared_of(a, b), compared_of(b, a), tolerance.time,
+                          [](const RecordedCommand& command) {
+                            return std::make_pair(command.electrode, command.kind);
+                          });
   for (const auto& [in_a, in_b] : result.matching.pairs) {
     const double apart_uA = distance(in_a.amplitude_uA, in_b.amplitude_uA);
     const double apart_Hz = distance(in_a.frequency_Hz, in_b.frequency_Hz);
+    const bool has_both_times = in_a.sent.count() != 0 && in_b.sent.count() != 0;
     result.largest_uA = std::max(result.largest_uA, apart_uA);
     result.largest_Hz = std::max(result.largest_Hz, apart_Hz);
     if (apart_uA > tolerance.amplitude_uA || apart_Hz > tolerance.frequency_Hz ||
-        in_a.stop != in_b.stop) {
+        in_a.stop != in_b.stop || (in_a.sent != in_b.sent && has_both_times)) {
       result.different.emplace_back(in_a, in_b);
     }
   }

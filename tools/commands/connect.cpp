@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -12,7 +13,9 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
@@ -24,17 +27,25 @@
 #include "tools/connect/hand_scene.hpp"
 #include "tools/connect/reading_choice.hpp"
 #include "tools/connect/recognition.hpp"
+#include "tools/connect/rest_drift.hpp"
+#include "tools/connect/skin_contact.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/device_summary.hpp"
+#include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 namespace {
 
+/// How a card is read whose channels have no names yet.
+constexpr std::string_view kGuessedCard = "columns=force_V&force_N_per_V=1";
+
 struct ConnectOptions {
   std::string target;
   std::string out = "connected.toml";
   double wait_s = 30.0;
+  double rest_s = 0.0;
+  double skin_s = 0.0;
   bool yes = false;
   bool overwrite = false;
   bool allow_remote = false;
@@ -107,6 +118,8 @@ struct Measurement {
   std::optional<DeviceCounts> counts;
   ProbeSample last = {};
   std::vector<FoundChannel> channels = {};
+  std::optional<RestDrift> drift = {};           ///< measured on request
+  std::optional<ProbeCalibration> at_skin = {};  ///< in which the skin is depth 0
 
   /// Several channels, which are not force and depth of one probe.
   [[nodiscard]] bool is_hand() const {
@@ -161,8 +174,56 @@ Expected<std::unique_ptr<Probe>, SetupError> open_found(const std::string& uri, 
   return open_array(taxels);
 }
 
-Expected<Measurement, SetupError> measure(const std::string& uri, bool allow_remote) {
-  auto probe = open_found(uri, allow_remote);
+/// Waits until a probe is lowered onto the skin. \return the calibration of its depth that is 0
+/// there
+Expected<ProbeCalibration, SetupError> find_skin(Probe& probe, double seconds) {
+  constexpr std::chrono::milliseconds kOften{100};
+  constexpr std::uint32_t kBoth = ProbeSample::kDepth | ProbeSample::kForce;
+  const ProbeCalibration* const present = probe.status().calibration;
+  if (present == nullptr || (probe.info().channels & kBoth) != kBoth) {
+    return bad_input("--skin-s needs one device that measures force and depth");
+  }
+  std::atomic<bool> stopped{false};
+  const StopSignal stop(stopped);
+  std::fprintf(stderr, "lower the probe onto the skin, slowly; Ctrl-C gives up …\n");
+  std::vector<double> depth_mm;
+  std::vector<double> force_N;
+  std::optional<double> skin_mm;
+  Readings readings = probe.readings();
+  auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(seconds);
+  auto next = std::chrono::steady_clock::now() + kOften;
+  while (!stopped && std::chrono::steady_clock::now() < end) {
+    const auto count = probe.read(readings, std::chrono::milliseconds{50});
+    if (!count) return unavailable(probe.error_message());
+    for (std::size_t i = 0; i < *count; ++i) {
+      const auto sample = readings.sample(i);
+      if (!sample) continue;
+      depth_mm.push_back(sample->depth_mm);
+      force_N.push_back(units::N_from_mN(sample->force_mN));
+    }
+    if (std::chrono::steady_clock::now() < next) continue;
+    next += kOften;
+    const bool found = skin_mm.has_value();
+    skin_mm = skin_depth_mm(depth_mm, force_N);
+    // A little more of the press makes it exact.
+    if (skin_mm && !found) end = std::min(end, next + 3 * kOften);
+  }
+  if (!skin_mm) {
+    return unavailable(
+        "the force never left its noise while the depth increased: begin above the skin, lower the "
+        "probe onto it, or wait longer with --skin-s");
+  }
+  ProbeCalibration calibration{.serial_number = probe.info().serial_number};
+  ChannelCalibration depth = *present->channels[0];
+  depth.zero += *skin_mm / depth.gain;
+  std::printf("skin: the force leaves the noise at a depth of %.4g mm, which is depth 0\n",
+              *skin_mm);
+  calibration.channels[0] = depth;
+  return calibration;
+}
+
+Expected<Measurement, SetupError> measure(const std::string& uri, const ConnectOptions& options) {
+  auto probe = open_found(uri, options.allow_remote);
   if (!probe) return Unexpected<SetupError>(probe.error());
   if ((*probe)->info().replayed) {
     return bad_input("\"" + uri +
@@ -197,6 +258,16 @@ Expected<Measurement, SetupError> measure(const std::string& uri, bool allow_rem
     measured.channels[k].noise = noise_at_rest(values[k]);
   }
   if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
+  if (options.rest_s > 0.0) {
+    const auto drift = measure_rest(**probe, options.rest_s);
+    if (!drift) return Unexpected<SetupError>(drift.error());
+    measured.drift = *drift;
+  }
+  if (options.skin_s > 0.0) {
+    auto at_skin = find_skin(**probe, options.skin_s);
+    if (!at_skin) return Unexpected<SetupError>(at_skin.error());
+    measured.at_skin = std::move(*at_skin);
+  }
   return measured;
 }
 
@@ -211,7 +282,7 @@ void print(const Measurement& measured) {
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
   if (measured.is_array()) {
-    const ArrayLayout layout = ArrayLayout::of(measured.info.taxels);
+    const ArrayLayout layout = ArrayLayout::of(measured.info.taxels, measured.info.uri);
     std::printf(" in all\narray: %zu taxels in each reading, taken as %zu x %zu",
                 measured.info.taxels, layout.columns, layout.rows);
   }
@@ -221,6 +292,29 @@ void print(const Measurement& measured) {
               number_text(units::ms_from(measured.timing->jitter)).c_str(),
               number_text(units::ms_from(measured.timing->delay)).c_str());
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
+  if (measured.drift) {
+    const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
+    std::printf("%s\n", drift_text(*measured.drift, force).c_str());
+  }
+}
+
+/// The file beside a scene in which the depth is calibrated.
+std::string skin_file(const std::string& scene) {
+  return std::filesystem::path(scene).replace_extension(".gauge.toml").string();
+}
+
+/// Writes where the skin is. \return the URI with that calibration
+Expected<std::string, SetupError> with_skin(const std::string& uri,
+                                            const ProbeCalibration& calibration,
+                                            const ConnectOptions& options) {
+  const std::string path = skin_file(options.out);
+  auto file = OutputFile::create(path, options.overwrite);
+  if (!file) return Unexpected<SetupError>(file.error());
+  if (!file->write(calibration_text(calibration, "merkel connect: depth 0 is the skin")) ||
+      !file->close()) {
+    return unavailable(file->error());
+  }
+  return uri + (uri.find('?') == std::string::npos ? "?" : "&") + "calibration=" + path;
 }
 
 /// Lists what would improve a run with this device.
@@ -241,6 +335,11 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
     const std::string guess(entry.options);
     if (guess.empty() || uri.find(guess) == std::string::npos) continue;
     list.push_back("the scale: " + guess + " is a guess; take it from the device's data sheet");
+  }
+  if (uri.ends_with(kGuessedCard)) {
+    list.emplace_back(
+        "what the card measures: channel 0 is taken as a force of 1 N per V; set channels, columns and "
+        "force_N_per_V, and position_mm_per_V for a position");
   }
   for (const FoundChannel& channel : measured.channels) {
     if (measured.is_array() || !channel.is_force() || channel.noise) continue;
@@ -303,13 +402,25 @@ int connect(const ConnectOptions& options) {
   if (!address) return refuse(address.error());
   Expected<std::string, SetupError> uri = *address;
   if (address->find("protocol=") == std::string::npos && !address->starts_with("fused:") &&
-      !address->starts_with("hid:") && !address->starts_with("lsl:")) {
+      !address->starts_with("hid:") && !address->starts_with("lsl:") &&
+      !address->starts_with("comedi:")) {
     uri = recognised(*address, options);
   }
+  if (address->starts_with("comedi:") && address->find("columns=") == std::string::npos) {
+    uri = *address + (address->find('?') == std::string::npos ? "?" : "&") +
+          std::string(kGuessedCard);
+  }
   if (!uri) return refuse(uri.error());
-  const auto measured = measure(*uri, options.allow_remote);
+  if (options.skin_s > 0.0 && uri->find("calibration=") != std::string::npos) {
+    return refuse("--skin-s writes a calibration of its own: remove calibration=… from the URI");
+  }
+  const auto measured = measure(*uri, options);
   if (!measured) return refuse(measured.error());
   print(*measured);
+  if (measured->at_skin) {
+    uri = with_skin(*uri, *measured->at_skin, options);
+    if (!uri) return refuse(uri.error());
+  }
   const std::vector<std::string> lacking = missing(*measured, *uri);
   for (const std::string& line : lacking) std::printf("missing: %s\n", line.c_str());
 
@@ -329,9 +440,12 @@ int connect(const ConnectOptions& options) {
   } else {
     const ChosenModel model = model_for(measured->info);
     std::printf("model: the preset %s: %s\n", model.preset.c_str(), model.why.c_str());
-    text = scene_text(*uri, model,
-                      measured->channels.empty() ? "" : contact_line(measured->channels.front()),
-                      lacking);
+    std::string contact;
+    for (const FoundChannel& channel : measured->channels) contact += contact_line(channel);
+    if (measured->drift && contact.find("zero = ") != std::string::npos) {
+      contact += drift_line(*measured->drift);
+    }
+    text = scene_text(*uri, model, contact, lacking);
   }
   if (const auto scene = parse_scene(text, options.out); !scene) return refuse(scene.error());
   auto file = OutputFile::create(options.out, options.overwrite);
@@ -352,13 +466,21 @@ void add_connect_command(CommandLine& program) {
                   "and units, measures its rate, jitter and clock, lists what is missing, and "
                   "writes a scene file that merkel run accepts as it is.",
                   "connect /dev/ttyUSB0 --out gauge.toml")
-      .option("target", options->target,
-              "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT) or whole probe URI; "
-              "default: the first serial device")
+      .option(
+          "target", options->target,
+          "Port (/dev/ttyUSB0), address (tcp:HOST:PORT, udp:HOST:PORT, comedi:/dev/comedi0) or whole probe URI; "
+          "default: the first serial device")
       .option("--out", options->out, "Scene file to write; default connected.toml")
       .option("--wait-s", options->wait_s, "How long to wait for a device or for PORT, s",
               {0, 86'400})
-      .flag("--yes", options->yes, "Do not ask: take the likeliest interpretation")
+      .option("--rest-s", options->rest_s,
+              "Measure the drift while nothing touches, for so long or until Ctrl-C, s",
+              {0, 86'400})
+      .option("--skin-s", options->skin_s,
+              "Wait so long until the probe is lowered onto the skin, which becomes depth 0, s",
+              {0, 3600})
+      .flag("--yes", options->yes,
+            "Do not ask: take the likeliest interpretation, if the units are stated")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
       .flag("--allow-remote", options->allow_remote,
             "Allow other machines to send the samples (udp:0.0.0.0:PORT)")

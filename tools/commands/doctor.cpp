@@ -8,8 +8,10 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
+#include "drivers/probes/open_probe.hpp"
 #include "tools/child_process.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/connect/rest_drift.hpp"
 #include "tools/doctor/cyclictest.hpp"
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
@@ -25,6 +27,7 @@ namespace merkel {
 namespace {
 
 struct DoctorOptions {
+  std::string probe;
   double seconds = 10.0;
   double runs = 1.0;
   double tick_us = 1000.0;
@@ -107,7 +110,34 @@ Json json_of(const DoctorRun& run) {
   return json;
 }
 
+/// Measures the drift of a sensor that nothing touches, instead of the machine.
+int doctor_of_probe(const DoctorOptions& options) {
+  const auto probe = open_probe(options.probe);
+  if (!probe) return refuse(probe.error());
+  const bool force = ((*probe)->info().channels & ProbeSample::kForce) != 0U;
+  if ((*probe)->info().replayed) {
+    return refuse("\"" + options.probe + "\" is a recording or simulation, which has no drift");
+  }
+  const auto drift = measure_rest(**probe, options.seconds);
+  if (!drift) return refuse(drift.error());
+  if (!options.json) {
+    std::printf("%s\n", drift_text(*drift, force).c_str());
+    return kDone;
+  }
+  const double scale = force ? units::mN_from_N(1.0) : 1.0;
+  const std::string unit = force ? "mN" : "mm";
+  const auto slope = drift->slope();
+  const Json result = {{"seconds", drift->seconds()},
+                       {"drift_" + unit + "_per_s", slope ? Json(*slope * scale) : Json()},
+                       {"largest_" + unit + "_per_s", drift->largest_slope() * scale},
+                       {"noise_" + unit, drift->noise() * scale},
+                       {"warmed_up", drift->is_warm()}};
+  std::fputs(json_text(result).c_str(), stdout);
+  return kDone;
+}
+
 int doctor(const DoctorOptions& options) {
+  if (!options.probe.empty()) return doctor_of_probe(options);
   PathSettings settings{.duration = units::nanoseconds_from_s(options.seconds),
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
                         .zeromq = options.zeromq,
@@ -182,6 +212,10 @@ void add_doctor_command(CommandLine& program) {
           "UDP consumer. Prints the latency of each stage in µs, next to that of cyclictest if "
           "rt-tests is installed. Each verdict comes with its remedy.",
           "doctor --seconds 60")
+      .option(
+          "--probe", options->probe,
+          "Measure the drift of this probe instead, while nothing touches it: for --seconds, or "
+          "until Ctrl-C")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
       .option("--runs", options->runs, "Number of runs; the verdicts use their medians",
               {1.0, 1000.0})

@@ -5,6 +5,7 @@
 
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/commands/export_run.hpp"
 #include "tools/run/recorded_session.hpp"
 
 namespace merkel {
@@ -19,34 +20,48 @@ struct ExportOptions {
 };
 
 int export_session(const ExportOptions& options) {
-  if (options.time_zero != "session" && options.time_zero != "unix" &&
-      options.time_zero != "device") {
-    return refuse("--time-zero " + options.time_zero + " is not one of session, unix, device");
-  }
+  const auto zero = time_zero_named(options.time_zero);
+  if (!zero) return refuse(zero.error());
   auto opened = RecordedSession::open(options.session);
   if (!opened) return refuse(opened.error());
   const std::shared_ptr<RecordedSession> session = std::move(*opened);
+  std::uint64_t spikes = 0;
+  const int exit_code = export_run(session, session->origin(), options.sinks,
+                                   {.neurons = session->neurons(),
+                                    .overwrite = options.overwrite,
+                                    .allow_remote = options.allow_remote,
+                                    .run = session->run(),
+                                    .time_zero = *zero},
+                                   spikes);
+  if (exit_code != kDone) return exit_code;
+  std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
+               session->complete() ? "" : "; the recording is incomplete and ends there");
+  return kDone;
+}
+
+}  // namespace
+
+Expected<TimeZero, std::string> time_zero_named(const std::string& name) {
+  if (name == "session") return TimeZero::kRun;
+  if (name == "unix") return TimeZero::kUnix;
+  if (name == "device") return TimeZero::kDevice;
+  return Unexpected<std::string>("--time-zero " + name + " is not one of session, unix, device");
+}
+
+int export_run(const std::shared_ptr<RunJournal>& run, const RunOrigin& origin,
+               std::span<const std::string> uris, SinkSetup setup, std::uint64_t& spikes) {
+  setup.notice = setup.progress = warn;
+  setup.journal = run;
   std::vector<std::unique_ptr<Sink>> sinks;
-  for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.neurons = session->neurons(),
-                                .overwrite = options.overwrite,
-                                .allow_remote = options.allow_remote,
-                                .run = session->run(),
-                                .notice = warn,
-                                .progress = warn,
-                                .time_zero = options.time_zero == "unix"     ? TimeZero::kUnix
-                                             : options.time_zero == "device" ? TimeZero::kDevice
-                                                                             : TimeZero::kRun,
-                                .journal = session});
+  for (const std::string& uri : uris) {
+    auto sink = open_sink(uri, setup);
     if (!sink) return refuse(sink.error());
     sinks.push_back(std::move(*sink));
   }
-  std::uint64_t spikes = 0;
-  if (const auto written = write_run(*session, session->origin(), sinks, spikes); !written) {
+  if (const auto written = write_run(*run, origin, sinks, spikes); !written) {
     return written.error().kind == SetupError::Kind::kBadInput ? refuse(written.error())
                                                                : fail(written.error().sentence);
   }
-  const bool complete = session->complete();
   for (const auto& sink : sinks) {
     if (sink->takes<SpikeEvent>() && sink->delivered() < spikes) {
       std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
@@ -54,12 +69,8 @@ int export_session(const ExportOptions& options) {
                    static_cast<unsigned long long>(spikes));
     }
   }
-  std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
-               complete ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
-
-}  // namespace
 
 void add_export_command(CommandLine& program) {
   auto options = std::make_shared<ExportOptions>();

@@ -83,13 +83,7 @@ void set_fitted(TactileModel::Parameters& model, const Indenter& tip, const Skin
   const double nu = skin.poisson_ratio;
   skin.epidermis_kPa = skin.dermis_kPa = rounded(fit.modulus_kPa * (1.0 - nu * nu));
   (fit.by_pressure ? skin.stiffening_kPa : skin.stiffening_mm) = rounded(fit.stiffening);
-  Indenter& first = model.indenters.front();
-  first.tip = tip.tip;
-  if (tip.tip == Indenter::Tip::kPin) {
-    first.pin = tip.pin;
-  } else {
-    first.radius_mm = tip.radius_mm;
-  }
+  model.indenters.front().tip = tip.tip;
 }
 
 int fit_skin_command(const FitSkinCommand& command) {
@@ -102,10 +96,9 @@ int fit_skin_command(const FitSkinCommand& command) {
   if (!scene) return refuse(scene.error());
   Indenter tip;
   if (command.diameter_mm) {
-    tip.tip = Indenter::Tip::kPin;
-    tip.pin.diameter_mm = *command.diameter_mm;
+    tip.tip = PinTip{.diameter_mm = *command.diameter_mm};
   } else {
-    tip.radius_mm = command.radius_mm.value_or(std::numeric_limits<double>::infinity());
+    tip.tip = SphereTip{command.radius_mm.value_or(std::numeric_limits<double>::infinity())};
   }
   if (const auto checked = tip.check(scene->model.skin); !checked) {
     const ParameterError& error = checked.error();

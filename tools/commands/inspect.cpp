@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/scene/model_fields.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "tools/commands/command.hpp"
 
@@ -68,7 +69,15 @@ Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
   auto scene = given_scene(options.scene);
   if (!scene) return scene;
   Indenter& indenter = scene->model.indenters.front();
-  indenter.radius_mm = options.radius_mm.value_or(indenter.radius_mm);
+  if (options.radius_mm) {
+    if (indenter.sphere() == nullptr && !std::holds_alternative<CylinderTip>(indenter.tip)) {
+      return bad_input("--radius-mm is that of a sphere, but the tip of the scene is \"" +
+                       std::string(indenter.tip_name()) + "\": leave it out");
+    }
+    for (const BoundField& key : tip_fields(indenter)) {
+      if (key.field->key == "radius_mm") *std::get<double*>(key.value) = *options.radius_mm;
+    }
+  }
   const auto checked = ParameterCheck()
                            .also(scene->model.skin.check())
                            .also(indenter.check(scene->model.skin))

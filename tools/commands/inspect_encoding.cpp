@@ -7,6 +7,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/commands/inspect.hpp"
 #include "tools/scene/prepared_run.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 
@@ -19,7 +20,7 @@ int inspect_encoding(const InspectOptions& options) {
         "--keys explains them)");
   }
   if (!options.probes.empty()) {
-    if (auto set = scene->set_probes(options.probes); !set) return refuse(set.error());
+    if (auto set = set_probes(*scene, options.probes); !set) return refuse(set.error());
   }
   auto prepared = prepare_run(std::move(*scene), {.fast = true});
   if (!prepared) return refuse(prepared.error());

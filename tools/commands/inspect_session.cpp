@@ -178,8 +178,10 @@ int print_overview(SessionReader& session) {
   });
   if (read != kDone) return read;
   for (const SessionStream& stream : session_streams()) {
-    const bool array = stream.id == SessionStream::Id::kTaxels;
-    if (array && items[static_cast<std::size_t>(stream.id) - 1] == 0) continue;
+    const bool rare = stream.id == SessionStream::Id::kTaxels ||
+                      stream.id == SessionStream::Id::kSent ||
+                      stream.id == SessionStream::Id::kSync;
+    if (rare && items[static_cast<std::size_t>(stream.id) - 1] == 0) continue;
     std::puts(fmt::format("stream {},{}", short_name(stream),
                           items[static_cast<std::size_t>(stream.id) - 1])
                   .c_str());
@@ -220,11 +222,12 @@ void add_inspect_session_command(CommandLine& inspect) {
           "session", options->session,
           "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
       .required()
-      .option("--stream", options->stream,
-              "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
-              "devices' bytes, in hexadecimal), stimulation, taxels (pressures of tactile arrays "
-              "that changed), delay (of the loop, at "
-              "each change), marks")
+      .option(
+          "--stream", options->stream,
+          "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
+          "devices' bytes, in hexadecimal), stimulation (commands of the encoder), sent (what left, "
+          "and when), taxels (pressures of tactile arrays that changed), sync (edges of sync lines), "
+          "delay (of the loop, at each change), marks")
       .option("--fact", options->fact,
               "Print the fact of this name, for example scene_text or probe_calibration")
       .runs([options] { return inspect_session(*options); });

@@ -34,7 +34,7 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   if (!scene) return Unexpected<SetupError>(scene.error());
   const SkinParameters& skin = scene->model.skin;
   Indenter& indenter = scene->model.indenters.front();
-  if (indenter.prescribed()) {
+  if (indenter.taxels() != nullptr) {
     return bad_input(
         "the tip \"taxels\" makes no contact that can be computed: its pressures are "
         "measured; run the scene to see what they do");
@@ -69,13 +69,13 @@ Expected<InspectedPress, SetupError> press_of(const InspectOptions& options) {
   }
   Press press;
   if (indenter.closed_form(skin)) {
-    const SphereLaw law(skin, indenter.radius_mm);
+    const SphereLaw law(skin, indenter.sphere()->radius_mm);
     press.contact = options.depth_mm ? law.at_depth(input.depth_mm) : law.at_force(input.force_mN);
   } else {
     press = TipContact(indenter, skin).press(input);
   }
-  if (indenter.tip == Indenter::Tip::kSphere && options.force_N &&
-      press.contact.depth_mm > indenter.radius_mm) {
+  if (indenter.sphere() != nullptr && options.force_N &&
+      press.contact.depth_mm > indenter.sphere()->radius_mm) {
     return bad_input("--force-N " + shortest_decimal(*options.force_N) + " would need a depth of " +
                      shortest_decimal(press.contact.depth_mm) +
                      " mm, more than the sphere's radius: no contact law reaches that far; give a "
@@ -96,20 +96,20 @@ SolvedPixels pixels_of(const InspectedPress& inspected, const TipField& field) {
   const PressTables& press = field.tables();
   const TipHeight gap = pressed_tip(inspected.indenter, inspected.skin).gap;
   // Twice as wide as the contact, in whole pixels around its middle.
-  PixelGrid shown = press.contact;
+  PixelGrid shown = press.contact.grid;
   shown.columns += 2 * (shown.columns / 2);
   shown.rows += 2 * (shown.rows / 2);
-  const std::size_t beside = (shown.columns - press.contact.columns) / 2;
-  const std::size_t before = (shown.rows - press.contact.rows) / 2;
+  const std::size_t beside = (shown.columns - press.contact.grid.columns) / 2;
+  const std::size_t before = (shown.rows - press.contact.grid.rows) / 2;
   SolvedPixels pixels;
   for (std::size_t row = 0; row < shown.rows; ++row) {
     for (std::size_t column = 0; column < shown.columns; ++column) {
-      const double x = shown.x_mm(column);
-      const double y = shown.y_mm(row);
-      const bool inside = column >= beside && column - beside < press.contact.columns &&
-                          row >= before && row - before < press.contact.rows;
+      const double x = press.contact.middle.x_mm + shown.x_mm(column);
+      const double y = press.contact.middle.y_mm + shown.y_mm(row);
+      const bool inside = column >= beside && column - beside < press.contact.grid.columns &&
+                          row >= before && row - before < press.contact.grid.rows;
       const double pressure =
-          inside ? press.pressure_kPa[(row - before) * press.contact.columns + column - beside]
+          inside ? press.pressure_kPa[(row - before) * press.contact.grid.columns + column - beside]
                  : 0.0;
       const CartesianStress stress = field.at(x, y, contact.depth_mm).stress;
       pixels.push_back(
@@ -185,7 +185,7 @@ int print_solved(const InspectedPress& inspected, const std::string& folder) {
       print_press(table.depth_mm, stiffening * rest_mN, table.area_mm2,
                   stiffening * table.peak_pressure_kPa,
                   stiffening * field.largest_energy_kPa(table.depth_mm),
-                  field.tables().contact.pixel_mm);
+                  field.tables().contact.grid.pixel_mm);
     }
     std::fprintf(stderr, "%s\n",
                  contact_sentence(contact, inspected.indenter, inspected.skin).c_str());
@@ -213,7 +213,7 @@ int inspect_contact(const InspectOptions& given) {
         "--draw is for solved contacts: all tips but a sphere, or skin on bone or with [[skin.layer]]");
   }
   const ContactValidity validity =
-      validity_of(contact, inspected->skin, inspected->indenter.radius_mm);
+      validity_of(contact, inspected->skin, inspected->indenter.sphere()->radius_mm);
   std::printf(
       "contact_radius_mm,force_N,peak_pressure_kPa,depth_mm,radius_ratio,sphere_force_error,"
       "layer_ratio,layer_force_error,valid\n");

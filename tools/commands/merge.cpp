@@ -9,6 +9,7 @@
 #include "core/units.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/commands/export_run.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/merged_sessions.hpp"
 
@@ -19,6 +20,7 @@ struct MergeOptions {
   std::vector<std::string> sessions;
   std::vector<std::string> sinks;
   std::string mark;
+  bool pulses = false;
   double limit_ms = 10.0;
   bool accept_unknown = false;
   bool overwrite = false;
@@ -61,6 +63,9 @@ Expected<void, SetupError> check_alignment(const MergeOptions& options,
 }
 
 int merge(const MergeOptions& options) {
+  if (options.pulses && !options.mark.empty()) {
+    return refuse("--by-pulses and --by-mark exclude each other: remove one");
+  }
   if (options.sessions.size() < 2) return refuse("name at least two sessions to merge");
   for (const std::string& uri : options.sinks) {
     if (!uri.starts_with("xdf:")) continue;
@@ -68,27 +73,16 @@ int merge(const MergeOptions& options) {
         "a session holds one scene, so merged sessions cannot be written as one: use another "
         "sink, such as nwb:FILE");
   }
-  const auto opened =
-      MergedSessions::open(options.sessions, {.mark = options.mark, .progress = warn});
+  const auto opened = MergedSessions::open(
+      options.sessions, {.mark = options.mark, .pulses = options.pulses, .progress = warn});
   if (!opened) return refuse(opened.error());
   const std::shared_ptr<MergedSessions>& merged = *opened;
   if (auto aligned = check_alignment(options, *merged); !aligned) return refuse(aligned.error());
-  std::vector<std::unique_ptr<Sink>> sinks;
-  for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, {.neurons = merged->neurons(),
-                                .overwrite = options.overwrite,
-                                .run = merged->run(),
-                                .notice = warn,
-                                .progress = warn,
-                                .journal = merged});
-    if (!sink) return refuse(sink.error());
-    sinks.push_back(std::move(*sink));
-  }
   std::uint64_t spikes = 0;
-  const auto written = write_run(*merged, merged->origin(), sinks, spikes);
-  if (!written)
-    return written.error().kind == SetupError::Kind::kBadInput ? refuse(written.error())
-                                                               : fail(written.error().sentence);
+  const int exit_code = export_run(
+      merged, merged->origin(), options.sinks,
+      {.neurons = merged->neurons(), .overwrite = options.overwrite, .run = merged->run()}, spikes);
+  if (exit_code != kDone) return exit_code;
   std::fprintf(stderr, "%llu spikes of %u afferents of %zu sessions merged%s\n",
                static_cast<unsigned long long>(spikes), merged->neurons(), options.sessions.size(),
                merged->complete() ? "" : "; one recording is incomplete and ends earlier");
@@ -113,6 +107,9 @@ void add_merge_command(CommandLine& program) {
       .option("--by-mark", options->mark,
               "Align by the marks with this label, which all sessions have equally often; default: "
               "by the UTC time that the hosts recorded")
+      .flag("--by-pulses", options->pulses,
+            "Align by the pulses of a sync line that all rigs are connected to, found by their "
+            "intervals")
       .option("--limit-ms", options->limit_ms, "Largest residual of the alignment, ms", {0, 1e9})
       .flag("--accept-unknown", options->accept_unknown, "Also merge if the residual is unknown")
       .flag("--overwrite", options->overwrite, "Replace existing files")

@@ -3,6 +3,7 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/run/long_work.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 
 namespace merkel {
@@ -19,7 +20,7 @@ int plan(const PlanCommand& command) {
   auto scene = given_scene(command.scene);
   if (!scene) return refuse(scene.error());
   if (!command.probes.empty()) {
-    if (auto set = scene->set_probes(command.probes); !set) return refuse(set.error());
+    if (auto set = set_probes(*scene, command.probes); !set) return refuse(set.error());
   }
   if (command.spike_time_us) scene->spike_time_us = command.spike_time_us;
   const auto made = [&] {

@@ -17,6 +17,7 @@
 #include "tools/json_text.hpp"
 #include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
+#include "tools/run/stimulation_control.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/machine_facts.hpp"
 #include "tools/scene/scene_encoder.hpp"
@@ -125,6 +126,8 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
                page ? "; seek with the slider on the page, end with Ctrl-C" : "");
   std::atomic<bool> stopped{false};
   const StopSignal stop(stopped);
+  std::optional<StimulationControl> control;
+  if (!scene.encoding.electrodes.empty()) control.emplace(position->stimulation);
   SessionPlayback playback(options.session, *extent, numbering, scene, *position, sinks);
   const auto played = playback.play(
       extent->start + units::nanoseconds_from_s(options.from_s.value_or(0.0)), page, stopped);
@@ -223,8 +226,10 @@ int replay(const ReplayOptions& options) {
                                      },
                                  .commands =
                                      [&](std::span<const StimulationCommand> commands) {
-                                       for (const auto& sink : sinks)
-                                         keep(sink->write({.commands = commands}));
+                                       const auto unsent = unsent_of(commands);
+                                       for (const auto& sink : sinks) {
+                                         keep(sink->write({.commands = commands, .sent = unsent}));
+                                       }
                                      }};
   SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;

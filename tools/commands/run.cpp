@@ -24,10 +24,13 @@
 #include "tools/run/run_summary.hpp"
 #include "tools/run/service_notice.hpp"
 #include "tools/run/status_line.hpp"
+#include "tools/run/stimulation_control.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
+#include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel {
@@ -60,8 +63,12 @@ Expected<void, SetupError> repeat(Scene& scene, bool bounded) {
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
   auto scene = given_scene(options.scene);
   if (!scene) return scene;
+  const auto overrides = overrides_of(options.set);
+  if (!overrides) return Unexpected<SetupError>(overrides.error());
+  scene = with_overrides(*scene, *overrides);
+  if (!scene) return scene;
   if (!options.probes.empty()) {
-    if (auto set = scene->set_probes(options.probes); !set) {
+    if (auto set = set_probes(*scene, options.probes); !set) {
       return Unexpected<SetupError>(set.error());
     }
   }
@@ -198,6 +205,8 @@ int run_scene(Scene scene, const RunOptions& options) {
   }
 
   const StopSignal stop(pipeline);
+  std::optional<StimulationControl> control;
+  if (parameters.encoder != nullptr) control.emplace(pipeline.stimulation());
   const CrashWatch watch(pipeline.statistics(), model.parameters().tick);
   const auto report = pipeline.run();
   terminal.clear();
@@ -214,13 +223,19 @@ void add_run_command(CommandLine& program) {
           "the sinks and prints a summary. Default scene: the preset paper (Yao & Wang 2019: a "
           "sphere of 2 mm radius on a fingertip). Default probe: a 1.5 mm ramp-and-hold.",
           "run --fast --probe 'sim:taps?count=6' --sink csv:spikes.csv")
-      .option("scene", options->scene, "Scene file (TOML), or a preset: " + joined(preset_names()))
+      .option("scene", options->scene,
+              "Scene file (TOML), an example (merkel scene --list), or a preset: " +
+                  joined(preset_names()))
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "
-            "tcp:HOST:PORT?protocol=NAME, lsl:NAME, redis:HOST:PORT?stream=NAME, fused:URI|URI. "
+            "tcp:HOST:PORT?protocol=NAME, lsl:NAME, comedi:/dev/comedi0?columns=force_V, "
+            "redis:HOST:PORT?stream=NAME, fused:URI|URI. "
             "#CHANNEL at its end, for example "
             "#thumb_N, chooses a channel of a device with several, which is opened once")
+      .list("--set", options->set,
+            "KEY=VALUE, repeatable: another value of a key of the scene, for example "
+            "--set skin.radius_mm=8 --set probe[1].x_mm=12 (merkel scene --keys)")
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .option(
           "--record", options->record,

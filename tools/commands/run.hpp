@@ -13,6 +13,7 @@ struct RunOptions {
   std::string scene = {};
   std::vector<std::string> probes = {};
   std::vector<std::string> sinks = {};
+  std::vector<std::string> set = {};  ///< KEY=VALUE, in order
   bool fast = false;
   bool json = false;
   bool all = false;
@@ -26,7 +27,7 @@ struct RunOptions {
 };
 
 /// Runs a scene and prints a summary. Of the options, those that change the scene are ignored:
-/// scene, probes, sinks, repeat, seed. \return the exit code
+/// scene, set, probes, sinks, repeat, seed. \return the exit code
 int run_scene(Scene scene, const RunOptions& options);
 
 }  // namespace merkel

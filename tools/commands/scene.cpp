@@ -12,11 +12,21 @@ namespace {
 struct SceneCommand {
   std::string scene = "paper";
   bool keys = false;
+  bool list = false;
 };
 
 int print_scene(const SceneCommand& command) {
   if (command.keys) {
     std::fputs(scene_keys_text().c_str(), stdout);
+    return kDone;
+  }
+  if (command.list) {
+    const std::string examples = example_scene_list("  ", ": ");
+    std::fputs(("presets:\n" + preset_list("  ", ": ") + "examples:\n" +
+                (examples.empty() ? "  (not installed beside this program)\n" : examples) +
+                "Each name is a scene of merkel run, plan and scene.\n")
+                   .c_str(),
+               stdout);
     return kDone;
   }
   const auto scene = given_scene(command.scene);
@@ -35,7 +45,8 @@ void add_scene_command(CommandLine& program) {
                   "with its value, unit, range and meaning. Presets: " +
                       joined(preset_names()) + ".",
                   "scene goodwin > my.toml; merkel run my.toml")
-      .option("scene", command->scene, "Preset or scene file (TOML)")
+      .option("scene", command->scene, "Preset, example or scene file (TOML)")
+      .flag("--list", command->list, "Print the presets and the examples, a line each, instead")
       .flag("--keys", command->keys,
             "Print all keys of scene files instead, with unit, range, default and meaning "
             "(Markdown)")

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/files/example_file.hpp"
 #include "drivers/files/trace_file.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/simulation/device_simulator.hpp"
@@ -42,6 +43,7 @@ struct SimulateOptions {
   std::optional<double> reboot_s;
   double drift_ppm = 0.0;
   std::optional<std::uint64_t> seed;
+  std::optional<std::uint64_t> pulses;
 };
 
 struct PlayedTrace {
@@ -80,7 +82,7 @@ Expected<PlayedTrace, SetupError> read_trace(const std::string& path) {
 int simulate(const SimulateOptions& options) {
   const auto protocol = find_protocol(options.protocol);
   if (!protocol) return refuse(protocol.error());
-  auto trace = read_trace(options.trace);
+  auto trace = read_trace(path_or_example(Example::kTrace, options.trace));
   if (!trace) return refuse(trace.error());
   const auto time = [](std::optional<double> seconds) {
     return seconds ? std::optional(units::nanoseconds_from_s(*seconds)) : std::nullopt;
@@ -95,6 +97,8 @@ int simulate(const SimulateOptions& options) {
       .link = options.link,
       .network = options.network,
       .repeat = options.repeat,
+      .pulses = options.pulses ? std::optional(static_cast<std::uint32_t>(*options.pulses))
+                               : std::nullopt,
       .rate_Hz = options.rate_hz,
       .faults = {.drop_byte = options.drop_byte,
                  .flip_byte = options.flip_byte,
@@ -159,10 +163,11 @@ void add_simulate_probe_command(CommandLine& program) {
           "simulate-probe",
           "Simulates a device that sends a trace, on a pseudo-terminal, and prints the probe URI "
           "to read from. The trace starts when a host opens the port. Has real-time priority where permitted: a device does not wait for this machine.",
-          "simulate-probe hbf1 --trace tests/traces/taps.csv --link /tmp/probe")
+          "simulate-probe hbf1 --trace taps --link /tmp/probe")
       .option("protocol", options->protocol, "Protocol of the device: " + names)
       .required()
-      .option("--trace", options->trace, "Trace file to play (CSV)")
+      .option("--trace", options->trace,
+              "Trace file to play (CSV), or taps, ramp_and_hold, slide or faulty")
       .required()
       .option("--link", options->link, "Symbolic link to create to the terminal")
       .option("--network", options->network,
@@ -189,6 +194,8 @@ void add_simulate_probe_command(CommandLine& program) {
       .flag("--echo", options->echo, "Echo the host's bytes")
       .option("--drift-ppm", options->drift_ppm, "Drift of the device's clock; positive is fast",
               {-10000, 10000})
+      .option("--pulses", options->pulses,
+              "Make the irregular pulses of a sync line from this seed (hbf1)")
       .option("--seed", options->seed, "Seed of the faults")
       .runs([options] { return simulate(*options); });
 }

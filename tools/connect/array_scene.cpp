@@ -1,6 +1,7 @@
 #include "tools/connect/array_scene.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <string_view>
 
 #include <fmt/core.h>
@@ -36,7 +37,7 @@ std::size_t taxels_among(const std::vector<std::string>& channels) {
       presses = presses || (column && column->channel <= DeviceChannel::kDepth);
       continue;
     }
-    if (channel.ends_with("_mm")) continue;
+    if (channel.ends_with("_mm") || column->sync) continue;
     ++(channel.ends_with("_kPa") ? pressures : forces);
     if (forces + pressures == 1) name = without_number(channel);
     alike = alike && without_number(channel) == name;
@@ -60,7 +61,7 @@ std::vector<std::string> channels_in(const std::string& columns) {
   const auto named = csv_columns_named(columns, ',');
   if (!named) return channels;
   for (const CsvColumn& column : *named) {
-    if (column.kind != CsvColumn::Kind::kValue) continue;
+    if (column.kind != CsvColumn::Kind::kValue || column.sync) continue;
     channels.push_back(in_unit_of_readings({.name = column.name,
                                             .channel = column.channel,
                                             .force = column.force,
@@ -69,7 +70,12 @@ std::vector<std::string> channels_in(const std::string& columns) {
   return channels;
 }
 
-ArrayLayout ArrayLayout::of(std::size_t taxels) {
+ArrayLayout ArrayLayout::of(std::size_t taxels, const std::string& uri) {
+  if (const auto parsed = Uri::parse(uri); parsed && parsed->options.contains("frame_lines")) {
+    const auto rows =
+        static_cast<std::size_t>(std::atoi(parsed->options.find("frame_lines")->second.c_str()));
+    if (rows > 0 && taxels % rows == 0) return {.columns = taxels / rows, .rows = rows};
+  }
   std::size_t columns = 1;
   for (std::size_t i = 1; i * i <= taxels; ++i) {
     if (taxels % i == 0) columns = i;
@@ -79,7 +85,7 @@ ArrayLayout ArrayLayout::of(std::size_t taxels) {
 
 std::string array_scene_text(const std::string& uri, std::size_t taxels,
                              const std::vector<std::string>& lacking) {
-  const ArrayLayout layout = ArrayLayout::of(taxels);
+  const ArrayLayout layout = ArrayLayout::of(taxels, uri);
   std::string text = fmt::format(
       "# Written by merkel connect.\n"
       "preset = \"goodwin\"  # afferents that the energy density drives\n\n"

@@ -20,10 +20,11 @@ inline constexpr std::size_t kFewestTaxels = 16;
 /// The same, of that option.
 [[nodiscard]] std::vector<std::string> channels_in(const std::string& columns);
 
-/// A layout of so many taxels: the columns along x, then the rows; as square as possible.
+/// A layout of so many taxels: the columns along x, then the rows: the lines of a frame, or as
+/// square as possible.
 struct ArrayLayout {
   std::size_t columns = 0, rows = 0;
-  [[nodiscard]] static ArrayLayout of(std::size_t taxels);
+  [[nodiscard]] static ArrayLayout of(std::size_t taxels, const std::string& uri);
 };
 
 /// A scene of a tactile array at a device.

@@ -6,15 +6,18 @@
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
-#include "core/records/probe_sample.hpp"
+#include "core/records/readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/uri.hpp"
 #include "tools/connect/array_scene.hpp"
+#include "tools/connect/text_rows.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr std::size_t kLeastLines = 5;
+constexpr std::size_t kLeastFrames = 2;
 constexpr std::size_t kMostReadings = 4;
 constexpr std::size_t kSeveral = 3;  ///< sensors, rather than one with force and depth
 constexpr double kHardPress_N = 20.0;
@@ -37,27 +40,12 @@ std::string column_by_growth(const std::vector<double>& values, double seconds) 
   return {};
 }
 
-/// The fields of lines in a style, column by column; lines with other columns are left out.
-std::vector<std::vector<CsvField>> columns_of(const std::vector<std::string>& lines,
-                                              const CsvStyle& style) {
-  std::vector<std::vector<CsvField>> columns;
-  for (const std::string& line : lines) {
-    const std::vector<CsvField> fields = csv_fields_of(line, style);
-    const auto is_number = [](const CsvField& field) { return field.number.has_value(); };
-    if (std::none_of(fields.begin(), fields.end(), is_number)) continue;
-    if (columns.empty()) columns.resize(fields.size());
-    if (columns.size() != fields.size()) continue;
-    for (std::size_t i = 0; i < fields.size(); ++i) columns[i].push_back(fields[i]);
-  }
-  return columns;
-}
-
 /// The names in the header among the lines, if one names that many columns.
 std::vector<std::string> headings_of(const std::vector<std::string>& lines, const CsvStyle& style,
                                      std::size_t columns) {
   for (const std::string& line : lines) {
     if (parse_csv_field(line, false).number) continue;
-    std::vector<std::string> names = csv_columns_of_header(line, style.separator);
+    std::vector<std::string> names = csv_columns_of_header(csv_cells_of(line, style.separator));
     if (names.size() == columns) return names;
   }
   return {};
@@ -67,38 +55,62 @@ std::vector<std::string> headings_of(const std::vector<std::string>& lines, cons
 struct Column {
   std::string name;       ///< as in the option columns; empty: the unit is not stated
   std::string quantity;   ///< if the unit is not stated; empty: not stated either
+  std::string key;        ///< what the rows call it; empty: nothing
   double value = 0.0;     ///< the last one
   bool decimals = false;  ///< one of its numbers has some
 };
 
-std::vector<Column> described(const std::vector<std::vector<CsvField>>& fields,
-                              const std::vector<std::string>& headings, double seconds) {
+std::vector<Column> described(const TextColumns& text, const std::vector<std::string>& headings,
+                              double seconds) {
+  std::vector<std::string> labels = text.keys;
+  std::vector<std::string> units;
+  for (const auto& fields : text.fields) {
+    const CsvField first = fields.empty() ? CsvField{} : fields.front();
+    if (text.keys.empty()) labels.emplace_back(first.label);
+    units.emplace_back(first.unit);
+  }
+  const std::vector<std::string> stated =
+      headings.empty() ? csv_columns_of_labels(labels, units) : headings;
   std::vector<Column> columns;
-  for (std::size_t i = 0; i < fields.size(); ++i) {
+  for (std::size_t i = 0; i < text.fields.size(); ++i) {
+    const std::vector<CsvField>& fields = text.fields[i];
     std::vector<double> values;
-    for (const CsvField& field : fields[i]) {
+    for (const CsvField& field : fields) {
       if (field.number) values.push_back(*field.number);
     }
-    Column column{.name = "-", .quantity = {}};
+    Column column{.name = "-", .quantity = {}, .key = {}};
     if (!values.empty()) {
       column.value = values.back();
-      column.decimals = std::any_of(fields[i].begin(), fields[i].end(),
+      column.decimals = std::any_of(fields.begin(), fields.end(),
                                     [](const CsvField& field) { return field.decimals; });
-      column.name = headings.empty() ? csv_column_of(fields[i].front()) : headings[i];
-      if (column.name.empty()) column.quantity = csv_quantity_of(fields[i].front().label);
-      if (column.name.empty()) column.name = column_by_growth(values, seconds);
+      if (!text.keys.empty()) column.key = labels[i];
+      column.name = stated[i];
+      const std::string quantity = csv_quantity_of(labels[i]);
+      const bool counter = quantity != "seq" || !column.decimals;  // not the finger "index"
+      const bool open = headings.empty() && units[i].empty() &&
+                        (labels[i].empty() || quantity != "-" || !column.key.empty());
+      if (column.name == "seq" && !counter) column.name = "-";
+      if (column.name == "-" && open) {
+        column.name = column_by_growth(values, seconds);
+        if (column.name.empty() && quantity != "-" && counter) column.quantity = quantity;
+      }
     }
     columns.push_back(std::move(column));
   }
-  std::vector<std::string> names;
-  std::vector<CsvField> labels;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    names.push_back(columns[i].name);
-    labels.push_back(fields[i].empty() ? CsvField{} : fields[i].front());
-  }
-  if (headings.empty()) tell_csv_columns_apart(names, labels);
-  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].name = names[i];
   return columns;
+}
+
+/// True for what a name in the option columns of a URI may be.
+bool fits_uri(const std::string& key) {
+  return !key.empty() && key.find_first_of(",:&?#*|=") == std::string::npos;
+}
+
+/// A column in the option columns, with its key if the name does not tell.
+std::string entry_of(const Column& column, const std::string& name) {
+  const std::string_view stem = std::string_view(name).substr(0, name.rfind('_'));
+  const bool told = column.key.empty() || name == "-" || column.key == name || column.key == stem ||
+                    csv_quantity_of(column.key) == stem || !fits_uri(column.key);
+  return told ? name : column.key + ":" + name;
 }
 
 /// Unnamed columns of numbers with decimals: the forces of a hand, if there are several.
@@ -126,7 +138,8 @@ std::vector<std::size_t> unnamed_taxels(const std::vector<Column>& columns) {
 bool is_measured(std::string_view name) {
   if (name.starts_with("force") || name.starts_with("depth")) return true;
   const auto column = csv_column_named(name);
-  return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel);
+  return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel) &&
+         !column->sync;
 }
 
 /// The names of the columns if forces without a unit are in `force_unit`, and the first column
@@ -151,14 +164,29 @@ std::vector<std::string> names_with(const std::vector<Column>& columns, const st
   return names;
 }
 
-std::string options_of(const CsvStyle& style) {
-  return "&separator=" + std::string(name_of_separator(style.separator)) +
-         "&decimal=" + (style.decimal_comma ? "comma" : "point");
+/// The only press of a device is its force or depth, whatever it is called.
+void name_the_only_press(const std::vector<Column>& columns, std::vector<std::string>& names) {
+  std::size_t only = names.size();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_measured(names[i])) continue;
+    const auto column = csv_column_named(names[i]);
+    if (only != names.size() || !is_named(column->channel) || column->pressure) return;
+    only = i;
+  }
+  if (only == names.size() || columns[only].key.empty()) return;
+  const auto column = csv_column_named(names[only]);
+  names[only] = (column->force ? "force" : "depth") + names[only].substr(names[only].rfind('_'));
 }
 
-Reading reading_of(const std::vector<Column>& columns, const std::vector<std::string>& names,
-                   const CsvStyle& style) {
-  Reading reading{.columns = csv_list_of(names), .style = options_of(style), .meaning = {}};
+Reading reading_of(const std::vector<Column>& columns, std::vector<std::string> names,
+                   const std::string& style) {
+  name_the_only_press(columns, names);
+  std::vector<std::string> entries;
+  for (std::size_t i = 0; i < names.size(); ++i) entries.push_back(entry_of(columns[i], names[i]));
+  Reading reading{.columns = csv_list_of(entries), .style = style, .meaning = {}};
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (columns[i].name.empty() && names[i] != "-") reading.assumed.push_back(names[i]);
+  }
   const std::vector<std::string> channels = channels_in(reading.columns);
   const std::size_t taxels = taxels_among(channels);
   if (taxels > 0) {
@@ -171,7 +199,7 @@ Reading reading_of(const std::vector<Column>& columns, const std::vector<std::st
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto column = csv_column_named(names[i]);
     const bool taxel = taxels > 0 && column && column->kind == CsvColumn::Kind::kValue &&
-                       is_named(column->channel);
+                       is_named(column->channel) && !column->sync;
     if (names[i] == "-" || taxel) continue;
     reading.meaning += (reading.meaning.empty() ? "" : ", ") + names[i] + " = " +
                        shortest_decimal(columns[i].value);
@@ -181,24 +209,33 @@ Reading reading_of(const std::vector<Column>& columns, const std::vector<std::st
 
 }  // namespace
 
-std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, double seconds) {
+std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double seconds) {
   std::vector<Reading> readings;
+  const std::size_t frame_lines = join_frames(lines);
   const auto with_digits = std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
     return line.find_first_of("0123456789") != std::string::npos;
   });
-  if (static_cast<std::size_t>(with_digits) < kLeastLines) return readings;
-  for (const CsvStyle& style : csv_styles(lines)) {
-    const auto fields = columns_of(lines, style);
-    const auto columns = described(fields, headings_of(lines, style, fields.size()), seconds);
-    const auto add = [&](const std::string& unnamed, const std::string& force_unit) {
-      const std::vector<std::string> names = names_with(columns, unnamed, force_unit);
-      const bool measures = std::any_of(names.begin(), names.end(), is_measured);
+  if (static_cast<std::size_t>(with_digits) < (frame_lines > 0 ? kLeastFrames : kLeastLines)) {
+    return readings;
+  }
+  for (const TextColumns& text : columns_of_lines(lines)) {
+    const auto columns =
+        described(text, headings_of(lines, text.style, text.fields.size()), seconds);
+    const std::string style =
+        text.options + (frame_lines > 0 ? "&frame_lines=" + std::to_string(frame_lines) : "");
+    const auto push = [&](const std::vector<std::string>& names) {
       Reading reading = reading_of(columns, names, style);
       const bool repeated =
           std::any_of(readings.begin(), readings.end(), [&](const Reading& other) {
             return other.columns == reading.columns && other.style == reading.style;
           });
-      if (measures && !repeated) readings.push_back(std::move(reading));
+      const bool usable = csv_columns_named(reading.columns, ',').has_value() &&
+                          Uri::parse("serial:?" + reading.options()).has_value();
+      if (!repeated && usable) readings.push_back(reading);
+    };
+    const auto add = [&](const std::string& unnamed, const std::string& force_unit) {
+      const std::vector<std::string> names = names_with(columns, unnamed, force_unit);
+      if (std::any_of(names.begin(), names.end(), is_measured)) push(names);
     };
     // No fingertip bears more: such a number is likelier in grams.
     const bool heavy = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
@@ -211,17 +248,21 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
         for (std::size_t k = 0; k < taxels.size(); ++k) {
           names[taxels[k]] = "taxel" + std::to_string(k + 1) + unit;
         }
-        readings.push_back(reading_of(columns, names, style));
+        push(names);
       }
     }
     const auto several = unnamed_measurements(columns);
-    if (several.size() >= kSeveral && several.size() <= ProbeColumns::kMostFurther) {
+    const bool keyed = !several.empty() && !columns[several.front()].key.empty();
+    if (several.size() >= (keyed ? 2 : kSeveral) && several.size() <= ProbeColumns::kMostFurther) {
       const std::string unit = heavy ? "_g" : "_N";
       std::vector<std::string> names = names_with(columns, "", "N");
       for (std::size_t k = 0; k < several.size(); ++k) {
-        names[several[k]] = "force" + std::to_string(k + 1) + unit;
+        names[several[k]] =
+            (keyed && fits_uri(columns[several[k]].key) ? columns[several[k]].key
+                                                        : "force" + std::to_string(k + 1)) +
+            unit;
       }
-      readings.push_back(reading_of(columns, names, style));
+      push(names);
     }
     if (taxels.size() < kFewestTaxels) {
       add("force", heavy ? "g" : "N");
@@ -229,9 +270,10 @@ std::vector<Reading> readings_of_lines(const std::vector<std::string>& lines, do
       add("force", heavy ? "N" : "g");
     }
     // Only commas that could be decimal points allow another interpretation.
-    const bool ambiguous = style == CsvStyle{',', false} && columns.size() == 2 &&
-                           fields[0].front().label.empty() && fields[1].front().unit.empty() &&
-                           columns[0].name.empty() && columns[1].name.empty();
+    const bool ambiguous = text.style == CsvStyle{',', false} && columns.size() == 2 &&
+                           text.keys.empty() && text.fields[0].front().label.empty() &&
+                           text.fields[1].front().unit.empty() && columns[0].name.empty() &&
+                           columns[1].name.empty();
     if (!readings.empty() && !ambiguous) break;
   }
   if (readings.size() > kMostReadings) readings.resize(kMostReadings);

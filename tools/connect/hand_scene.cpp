@@ -90,9 +90,13 @@ std::optional<double> noise_at_rest(const std::vector<double>& values) {
 }
 
 std::string contact_line(const FoundChannel& channel) {
-  if (!channel.is_force() || !channel.noise || *channel.noise <= kRounding_N) return {};
-  return fmt::format("contact_N = {:.2g}  # six times the noise of {:.2g} N that was measured\n",
-                     6.0 * *channel.noise, *channel.noise);
+  if (!channel.noise || *channel.noise <= kRounding_N) return {};
+  const bool force = channel.is_force();
+  if (!force && !channel.name.ends_with("_mm")) return {};
+  return fmt::format(
+             "contact_{0} = {1:.2g}  # six times the noise of {2:.2g} {0} that was measured\n",
+             force ? "N" : "mm", 6.0 * *channel.noise, *channel.noise) +
+         (force ? "zero = \"track\"  # follows the drift of the sensor\n" : "");
 }
 
 std::string hand_scene_text(const std::string& uri, const std::vector<PlacedChannel>& placed,

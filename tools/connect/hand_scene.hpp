@@ -41,7 +41,8 @@ struct PlacedChannel {
 /// that can be said. \param values  in order of time, N
 [[nodiscard]] std::optional<double> noise_at_rest(const std::vector<double>& values);
 
-/// The key contact_N for a channel; empty if it has no noise, or was pressed all the time.
+/// The keys of contact for a channel, contact_N and zero or contact_mm; empty if it has no noise,
+/// or was pressed all the time.
 [[nodiscard]] std::string contact_line(const FoundChannel& channel);
 
 }  // namespace merkel

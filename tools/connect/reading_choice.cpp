@@ -56,26 +56,51 @@ std::optional<Reading> asked(const Recognition& found) {
   }
 }
 
+/// A unit that is not stated is not guessed: a wrong one scales every press.
+Unexpected<SetupError> without_unit(const Recognition& found) {
+  const Reading& first = found.readings.front();
+  std::vector<std::string> names = csv_names_of(first.columns);
+  std::string key;
+  for (std::string& name : names) {
+    if (std::find(first.assumed.begin(), first.assumed.end(), name) == first.assumed.end())
+      continue;
+    const auto column = csv_column_named(name);
+    if (!column) continue;
+    name.replace(name.rfind('_') + 1, std::string::npos, "count");
+    if (key.empty()) {
+      key = column->pressure ? "pressure_kPa" : (column->force ? "force_N" : "depth_mm");
+    }
+  }
+  Reading counts = first;
+  counts.columns = csv_list_of(names);
+  return bad_input("the numbers have no unit, and --yes does not choose one: to read them as " +
+                   first.assumed.front() + ", use the URI '" + found.uri(first) +
+                   "'; counts and volts are named so, and have a factor: '" + found.uri(counts) +
+                   "&" + key + "_per_count=1'");
+}
+
 }  // namespace
 
 Expected<Reading, SetupError> choose_reading(const Recognition& found, bool likeliest) {
-  if (found.readings.size() < 2) return found.readings.front();
+  const Reading& first = found.readings.front();
+  if (found.readings.size() < 2 && first.assumed.empty()) return first;
   std::printf("the lines do not state all units; they can be read in several ways:\n");
   for (std::size_t i = 0; i < found.readings.size(); ++i) {
     std::printf("  %zu: %s\n", i + 1, found.readings[i].meaning.c_str());
   }
-  const std::string other = found.uri(found.readings[1]);
-  if (likeliest) {
-    std::printf("using the first, which is the likeliest; URI of the second: %s\n", other.c_str());
-    return found.readings.front();
+  if (likeliest && first.assumed.empty()) {
+    std::printf("using the first, which is the likeliest; URI of the second: %s\n",
+                found.uri(found.readings[1]).c_str());
+    return first;
   }
+  if (likeliest) return without_unit(found);
+  const Reading& other = found.readings[std::min<std::size_t>(1, found.readings.size() - 1)];
   const auto reading = ::isatty(STDIN_FILENO) != 0 ? asked(found) : std::nullopt;
   if (reading) return *reading;
   return bad_input(
-      "several interpretations are possible: run the command in a terminal, add --yes to use the "
-      "first, or use the URI " +
-      other + " for the second, or with the columns that you know; columns are " +
-      csv_column_names());
+      "several interpretations are possible: run the command in a terminal, or use the URI " +
+      found.uri(other) + " (" + other.meaning +
+      "), or one with the columns that you know; columns are " + csv_column_names());
 }
 
 }  // namespace merkel

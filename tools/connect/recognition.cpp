@@ -67,11 +67,12 @@ Expected<std::unique_ptr<Transport>, SetupError> open_port(const Uri& uri, int b
                         .datagram_bytes = datagrams ? kAtiRecordBytes : 0});
 }
 
-/// \param whole  the bytes start with the start of a line
+/// \param whole  the bytes start with the start of a line, and empty lines are lines
 std::vector<std::string> lines_of(std::span<const std::uint8_t> bytes, bool whole = false) {
   std::vector<std::string> lines;
   LineSplitter splitter;
   splitter.reset(whole);
+  if (whole) splitter.keep_empty_lines();
   for (const std::uint8_t byte : bytes) {
     if (const auto line = splitter.take(byte)) lines.emplace_back(*line);
   }
@@ -99,8 +100,11 @@ Heard listen(Transport& port) {
     heard.bytes.insert(heard.bytes.end(), buffer.begin(),
                        buffer.begin() + static_cast<std::ptrdiff_t>(*count));
     if (heard.bytes.empty()) continue;
-    const bool slow = is_text(text_of(heard.bytes)) &&
-                      std::count(heard.bytes.begin(), heard.bytes.end(), '\n') < kEnoughLines;
+    const std::string_view text = text_of(heard.bytes);
+    const bool frames = text.find("\n\n") != std::string_view::npos ||
+                        text.find("\n\r\n") != std::string_view::npos;
+    const bool slow = is_text(text) && (frames || std::count(heard.bytes.begin(), heard.bytes.end(),
+                                                             '\n') < kEnoughLines);
     end = first + (slow ? kListeningToSlowLines : kListening);
   }
   heard.seconds = heard.bytes.empty() ? 0.0 : units::s_from(now() - first);
@@ -199,7 +203,7 @@ std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
   const bool cut = heard.silence <= kAtOnce && !lines.empty() &&
                    parse_csv_field(lines.front(), false).number.has_value();
   if (cut) lines.erase(lines.begin());
-  return readings_of_lines(lines, heard.seconds);
+  return readings_of_lines(std::move(lines), heard.seconds);
 }
 
 SetupError nothing_made(const std::string& address, const std::string& received) {

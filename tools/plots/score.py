@@ -97,14 +97,18 @@ def intervals():
 
 
 def presses():
-    """Every recorded press over time, with the recorded and the model's spikes and rates."""
-    trials, psth, press = (table_if_any(name) for name in ("trials.csv", "psth.csv", "press.csv"))
+    """Every recorded press over time, with the recorded and the model's spikes, rates, and distances."""
+    trials, psth, press, apart = (table_if_any(name) for name in ("trials.csv", "psth.csv", "press.csv", "distances.csv"))
     if not press:
         return
     for index, name in enumerate(dict.fromkeys(press["set"])):
         course, rates, spikes = (select(table, set=name) for table in (press, psth, trials))
-        figure, (top, middle, bottom) = plt.subplots(
-            3, 1, sharex=True, figsize=(7.5, 6.5), gridspec_kw={"height_ratios": [1, 2, 2]}, layout="constrained")
+        figure, (top, middle, bottom, bars) = plt.subplots(
+            4, 1, figsize=(7.5, 7.6), gridspec_kw={"height_ratios": [1, 2, 2, 0.7]}, layout="constrained")
+        for upper in (top, middle):
+            upper.sharex(bottom)
+            upper.tick_params(labelbottom=False)
+        distances(bars, select(apart, set=name))
         top.plot(course["time_s"], course["level"], color="0.3")
         top.set_ylabel("force (N)" if course["unit"][0] == "N" else "depth (mm)")
         row = 0
@@ -121,6 +125,21 @@ def presses():
         bottom.legend()
         figure.suptitle(name)
         figure.savefig(FOLDER / f"trials_{index + 1}.png")
+
+
+def distances(axes, rows):
+    """The distances of the model from the recorded trials, in units of those between the recorded trials."""
+    labels = [name.split(",")[0] for name in rows["distance"]]
+    ratios = rows["model_to_recorded"]
+    if not all(recorded > 0 for recorded in rows["recorded_to_recorded"]):  # a single trial has no distance to another
+        axes.set_xlabel("distance of the model from the recorded trial")
+    else:
+        ratios = [model / recorded for model, recorded in zip(ratios, rows["recorded_to_recorded"])]
+        axes.axvline(1.0, color="C0", label="between recorded trials")
+        axes.set_xlabel("distance of the model from the recorded trials / distance between these")
+        axes.legend(loc="lower right", fontsize="small")
+    axes.barh(labels, ratios, color="C1")
+    axes.set_xlim(left=0)
 
 
 def experiments():

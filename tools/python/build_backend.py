@@ -17,7 +17,7 @@ SOURCE = HERE.parent.parent
 
 def _project():
     text = (HERE / "pyproject.toml").read_text()
-    version = re.search(r"project\(merkel VERSION ([0-9.]+)", (SOURCE / "CMakeLists.txt").read_text()).group(1)
+    version = subprocess.check_output([SOURCE / "tools/version"], text=True).strip()
     return {"version": version} | {key: re.search(rf'^{key} = "(.*)"$', text, re.M).group(1)
                                    for key in ("name", "description", "requires-python")}
 
@@ -96,13 +96,17 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     package = _build_package(pathlib.Path(os.environ.get("MERKEL_BUILD_DIR", SOURCE / "build" / "python")))
     modules = sorted(package.glob("_merkel.*.so"), key=lambda module: module.stat().st_mtime)
-    files = [package / name for name in ("__init__.py", "__init__.pyi", "_arguments.py", "_batch.py", "_batch_engine.py", "_batch_job.py", "_batch_prepare.py", "_fit.py", "_streams.py", "py.typed")] + [modules[-1]]
+    files = [file for file in sorted((HERE / "merkel").iterdir()) if file.suffix in (".py", ".pyi", ".typed")] + [modules[-1]]
     project = _project()
     info = f"{project['name']}-{project['version']}.dist-info"
     name = f"{project['name']}-{project['version']}-{_tag()}.whl"
     contents = {f"merkel/{file.name}": file.read_bytes() for file in files}
+    for folder in ("tools/examples", "tests/traces"):  # found by name (drivers/files/example_file)
+        contents |= {f"merkel/share/{folder.replace('tools', 'merkel').replace('tests', 'merkel')}/{file.name}": file.read_bytes()
+                     for file in sorted((SOURCE / folder).iterdir()) if file.is_file()}
     contents |= {f"{info}/LICENSE": (SOURCE / "LICENSE").read_bytes(), f"{info}/METADATA": _metadata().encode(),
-                 f"{info}/WHEEL": _wheel().encode()}
+                 f"{info}/WHEEL": _wheel().encode(),
+                 f"{info}/entry_points.txt": b"[console_scripts]\nmerkel = merkel._program:main\n"}
     write_wheel(pathlib.Path(wheel_directory) / name, info, contents)
     return name
 

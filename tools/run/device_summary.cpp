@@ -17,8 +17,16 @@ std::string device_text(const DeviceCounts& device) {
       counted(device.reboots, "reboot"), counted(device.outages, "outage"),
       units::s_from(std::chrono::nanoseconds{device.outage_ns}),
       device.port.empty() ? "" : "; " + device.port);
+  if (device.outside_calibration > 0) {
+    text += fmt::format("  {} of its readings are outside the range of their calibration\n",
+                        device.outside_calibration);
+  }
   if (device.reordered > 0) {
     text += fmt::format("  {} frames older than the newest one dropped\n", device.reordered);
+  }
+  if (device.overruns > 0) {
+    text += fmt::format("  its buffer was full {}: the readings lost are counted by their times\n",
+                        counted(device.overruns, "time"));
   }
   if (device.distrusted > 0) {
     text += fmt::format(

@@ -43,7 +43,9 @@ std::uint32_t place_of(const Record& /*record*/) {
   return 0;
 }
 std::uint32_t place_of(const DeliveredSample& item) { return item.probe; }
+std::uint32_t place_of(const SyncEdge& edge) { return edge.probe; }
 std::uint32_t place_of(const StimulationCommand& command) { return command.electrode; }
+std::uint32_t place_of(const SentCommand& item) { return item.command.electrode; }
 
 template <class Record>
 bool before(const Record& a, const Record& b) {
@@ -66,30 +68,30 @@ void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>
 /// Adds the records of a chunk, as those of the merged run.
 void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const {
   for (SpikeEvent spike : chunk.spikes) {
-    spike.time = clock(spike.time);
     spike.neuron += neurons;
     spike.patch = static_cast<std::uint16_t>(spike.patch + patches);
     to.spikes.push_back(spike);
   }
   for (LoopEvent event : chunk.events) {
-    event.length = clock(event.time + event.length) - clock(event.time);
-    event.time = clock(event.time);
     event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? neurons : probes;
     to.events.push_back(event);
   }
   for (StimulationCommand command : chunk.commands) {
-    command.time = clock(command.time);
     command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
     to.commands.push_back(command);
   }
-  for (const Mark& mark : chunk.marks) {
-    to.marks.push_back({clock(mark.time), rig + ": " + mark.label});
+  for (SentCommand item : chunk.sent) {
+    item.command.electrode = static_cast<std::uint16_t>(item.command.electrode + electrodes);
+    to.sent.push_back(item);
+  }
+  for (const Mark& mark : chunk.marks) to.marks.push_back({mark.time, rig + ": " + mark.label});
+  for (SyncEdge edge : chunk.edges) {
+    edge.probe += probes;
+    to.edges.push_back(edge);
   }
   for (DeliveredSample item : chunk.samples) {
     item.probe += probes;
-    item.sample.time = clock(item.sample.time);
-    item.sample.arrival = clock(item.sample.arrival);
-    to.samples.push_back(item);
+    to.samples.push_back(std::move(item));
   }
 }
 
@@ -99,7 +101,7 @@ class MergedSessions::Reading {
   explicit Reading(MergedSessions& merged) : merged_(merged), open_(merged.sessions_.size()) {
     for (std::size_t i = 0; i < open_.size(); ++i) {
       const Part& part = merged.sessions_[i];
-      next_.push({.until = part.clock(part.session->origin().start) - kBeforeStart, .session = i});
+      next_.push({.until = part.session->origin().start - kBeforeStart, .session = i});
     }
   }
 
@@ -158,10 +160,10 @@ class MergedSessions::Reading {
     // Whoever has the ticks of a time has the rest of it.
     if (!chunk_.ticks.empty()) {
       open->has_ticks = true;
-      turn.until = std::max(turn.until, part.clock(chunk_.ticks.back().time));
+      turn.until = std::max(turn.until, chunk_.ticks.back().time);
     } else if (!open->has_ticks) {
       for (const DeliveredSample& item : chunk_.samples) {
-        turn.until = std::max(turn.until, part.clock(item.sample.time) - kRecorderSlack);
+        turn.until = std::max(turn.until, item.sample.time - kRecorderSlack);
       }
     }
     part.add(chunk_, waiting_);
@@ -172,8 +174,10 @@ class MergedSessions::Reading {
   bool hand_on(nanoseconds until, const Take& take) {
     RecordLists<RecordVector> due;
     move_until(until, waiting_.samples, due.samples);
+    move_until(until, waiting_.edges, due.edges);
     move_until(until, waiting_.spikes, due.spikes);
     move_until(until, waiting_.commands, due.commands);
+    move_until(until, waiting_.sent, due.sent);
     move_until(until, waiting_.events, due.events);
     move_until(until, waiting_.marks, due.marks);
     return count_of(due) == 0 || take(batch_of(due));
@@ -209,6 +213,7 @@ void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string r
   }
   for (Electrode electrode : own.encoding.electrodes) {
     electrode.patch += patches;
+    electrode.group.reset();  // its settings hold those of the group
     run_.encoding.electrodes.push_back(std::move(electrode));
   }
   run_.probes.insert(run_.probes.end(), own.probes.begin(), own.probes.end());
@@ -220,11 +225,11 @@ void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string r
   run_.scene += (run_.scene.empty() ? "" : " + ") + rig;
   sessions_.push_back({.session = std::move(session),
                        .rig = std::move(rig),
-                       .clock = clock,
                        .neurons = neurons_,
                        .probes = probes_,
                        .patches = patches,
                        .electrodes = electrodes});
+  sessions_.back().session->set_clock(clock);
   neurons_ += sessions_.back().session->neurons();
   probes_ += static_cast<std::uint32_t>(sessions_.back().session->scene()->probes.size());
 }
@@ -243,7 +248,8 @@ Expected<std::shared_ptr<MergedSessions>, SetupError> MergedSessions::open(
                        " was recorded without a simulation: only sessions of merkel run "
                        "hold a scene");
     }
-    auto known = SessionClock::read(**session, settings.mark.empty() && first ? &*first : nullptr);
+    const bool by_utc = settings.mark.empty() && !settings.pulses;
+    auto known = SessionClock::read(**session, by_utc && first ? &*first : nullptr);
     if (!known) return Unexpected<SetupError>(known.error());
     const std::string own =
         known->rig.empty() ? std::filesystem::path(path).stem().string() : known->rig;
@@ -253,7 +259,7 @@ Expected<std::shared_ptr<MergedSessions>, SetupError> MergedSessions::open(
     }
     ClockMap clock{nanoseconds{0}};
     if (first) {
-      auto alignment = align(*first, *known, settings.mark, clock);
+      auto alignment = align(*first, *known, settings, clock);
       if (!alignment) return Unexpected<SetupError>(alignment.error());
       merged->alignments_.push_back(std::move(*alignment));
     } else {

@@ -18,7 +18,8 @@ namespace merkel {
 
 /// How sessions are aligned, and who learns how far a long work has come.
 struct MergeSettings {
-  std::string mark;  ///< by the marks with this label; empty: by the UTC of the hosts
+  std::string mark = {};  ///< by the marks with this label; empty: by the UTC of the hosts
+  bool pulses = false;    ///< by the pulses of the sync line that all of them saw
   std::function<void(const std::string&)> progress = {};
 };
 
@@ -42,7 +43,7 @@ class MergedSessions final : public RunJournal {
   [[nodiscard]] static Expected<std::shared_ptr<MergedSessions>, SetupError> open(
       const std::vector<std::string>& paths, const MergeSettings& settings);
 
-  /// Spikes, samples, commands, events and marks.
+  /// Spikes, samples, edges, commands, events and marks.
   [[nodiscard]] Expected<void, std::string> read(const Take& take) override;
 
   [[nodiscard]] const std::vector<Alignment>& alignments() const noexcept { return alignments_; }
@@ -57,7 +58,6 @@ class MergedSessions final : public RunJournal {
   struct Part {
     std::unique_ptr<RecordedSession> session;
     std::string rig;  ///< its name in this merge
-    ClockMap clock;
     std::uint32_t neurons = 0;
     std::uint32_t probes = 0;
     std::uint16_t patches = 0;

@@ -1,7 +1,9 @@
 #include "tools/run/recorded_session.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
+#include <vector>
 
 #include "drivers/sinks/afferent_table.hpp"
 
@@ -35,20 +37,53 @@ Expected<std::unique_ptr<RecordedSession>, SetupError> RecordedSession::open(
   return session;
 }
 
+void RecordedSession::set_clock(const ClockMap& clock) {
+  clock_ = clock_.then(clock);
+  origin_.start = clock(origin_.start);
+}
+
+namespace {
+
+template <class Record>
+void convert(Record& record, const ClockMap& clock) {
+  if constexpr (std::is_same_v<Record, RunStatus>) {
+    return;
+  } else if constexpr (std::is_same_v<Record, PortFrame>) {
+    record.frame.time = clock(record.frame.time);
+  } else if constexpr (std::is_same_v<Record, DeliveredSample>) {
+    record.sample.time = clock(record.sample.time);
+    record.sample.arrival = clock(record.sample.arrival);
+  } else if constexpr (std::is_same_v<Record, SentCommand>) {
+    record.command.time = clock(record.command.time);  // the others stay those of its host
+  } else {
+    if constexpr (std::is_same_v<Record, LoopEvent>) {
+      record.length = clock(record.time + record.length) - clock(record.time);
+    }
+    record.time = clock(record.time);
+  }
+}
+
+}  // namespace
+
 Expected<bool, SetupError> RecordedSession::next(SessionReader& reader, SessionChunk& chunk) const {
   auto more = reader.next(chunk);
   if (!more || !*more) return more;
   if (numbering_) numbering_->apply(chunk);
+  for_each_kind(static_cast<RecordLists<RecordVector>&>(chunk), [&](auto& list) {
+    for (auto& record : list) convert(record, clock_);
+  });
   for (const SpikeEvent& spike : chunk.spikes) {
     if (spike.neuron >= 1 && spike.neuron <= neurons_) continue;
     return bad_input(path_ + " has a spike of neuron " + std::to_string(spike.neuron) +
                      ", which its scene does not have: the session is damaged");
   }
   const std::size_t electrodes = scene_ ? scene_->encoding.electrodes.size() : 0;
-  for (const StimulationCommand& command : chunk.commands) {
-    if (command.electrode < electrodes) continue;
-    return bad_input(path_ + " has a command for electrode " +
-                     std::to_string(command.electrode + 1) +
+  std::vector<std::uint16_t> of_commands;
+  for (const StimulationCommand& command : chunk.commands) of_commands.push_back(command.electrode);
+  for (const SentCommand& item : chunk.sent) of_commands.push_back(item.command.electrode);
+  for (const std::uint16_t electrode : of_commands) {
+    if (electrode < electrodes) continue;
+    return bad_input(path_ + " has a command for electrode " + std::to_string(electrode + 1) +
                      ", which its scene does not have: the session is damaged");
   }
   return more;
@@ -67,6 +102,19 @@ Expected<void, std::string> RecordedSession::read(const Take& take) {
   return {};
 }
 
+namespace {
+
+/// What left; in a session that does not hold it, what the encoder commanded.
+std::vector<SentCommand> for_receivers(const RecordBatch& batch, bool has_sent) {
+  if (!has_sent) return unsent_of(batch.commands);
+  std::vector<SentCommand> left;
+  std::copy_if(batch.sent.begin(), batch.sent.end(), std::back_inserter(left),
+               [](const SentCommand& each) { return each.refused_by == 0; });
+  return left;
+}
+
+}  // namespace
+
 Expected<void, SetupError> write_run(RunJournal& run, const RunOrigin& origin,
                                      std::span<const std::unique_ptr<Sink>> sinks,
                                      std::uint64_t& spikes) {
@@ -78,10 +126,24 @@ Expected<void, SetupError> write_run(RunJournal& run, const RunOrigin& origin,
   for (const auto& sink : sinks) {
     if (!keep(sink->begin(origin))) return unavailable(failure);
   }
+  const bool receives = std::any_of(sinks.begin(), sinks.end(),
+                                    [](const auto& sink) { return sink->receives_commands(); });
+  bool has_sent = false;
+  if (receives) {
+    const auto looked = run.read([&](const RecordBatch& batch) {
+      has_sent = !batch.sent.empty();
+      return !has_sent;
+    });
+    if (!looked) return bad_input(looked.error());
+  }
   const auto read = run.read([&](const RecordBatch& batch) {
     spikes += batch.spikes.size();
-    return std::all_of(sinks.begin(), sinks.end(),
-                       [&](const auto& sink) { return keep(sink->write(batch)); });
+    const auto left = receives ? for_receivers(batch, has_sent) : std::vector<SentCommand>();
+    RecordBatch received = batch;
+    received.sent = left;
+    return std::all_of(sinks.begin(), sinks.end(), [&](const auto& sink) {
+      return keep(sink->write(sink->receives_commands() ? received : batch));
+    });
   });
   if (!read) return bad_input(read.error());
   for (const auto& sink : sinks) {

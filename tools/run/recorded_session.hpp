@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "drivers/clock/clock_map.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_setup.hpp"
@@ -28,6 +29,8 @@ class RecordedSession final : public RunJournal {
   [[nodiscard]] Expected<SessionReader, SetupError> reader() const {
     return SessionReader::open(path_);
   }
+  /// Places it on another clock: from now on, all times are on that one.
+  void set_clock(const ClockMap& clock);
   /// Reads the next chunk of a reader of this session, numbered and checked.
   [[nodiscard]] Expected<bool, SetupError> next(SessionReader& reader, SessionChunk& chunk) const;
   [[nodiscard]] Expected<void, std::string> read(const Take& take) override;
@@ -48,6 +51,7 @@ class RecordedSession final : public RunJournal {
   std::optional<SessionNumbering> numbering_;
   RunDescription run_;
   RunOrigin origin_;
+  ClockMap clock_;  ///< to the clock of set_clock()
   std::uint32_t neurons_ = 0;
   bool complete_ = true;
 };

@@ -77,9 +77,9 @@ double area_mm2(const ContactState& contact) {
 /// Quantities that the contact does not have, such as the radius of a flat tip, are null.
 Json press_json(const Press& press, const TactileModel& model, std::size_t indenter) {
   const Indenter& tip = model.parameters().indenters[indenter];
-  const bool round = press.contact.touching() && !tip.prescribed();
+  const bool round = press.contact.touching() && tip.sphere() != nullptr;
   const ContactValidity validity =
-      round ? validity_of(press.contact, model.parameters().skin, tip.radius_mm)
+      round ? validity_of(press.contact, model.parameters().skin, tip.sphere()->radius_mm)
             : ContactValidity{};
   const auto if_true = [](bool exists, double value) { return exists ? Json(value) : Json(); };
   return {{"depth_mm", press.contact.depth_mm},
@@ -123,6 +123,27 @@ Json timing_json(const RunReport::OfProbe& probe) {
           {"stale_after_ms", units::ms_from(probe.stale_after)}};
 }
 
+double samples_per_tick(const RunReport::OfProbe& probe, const RunReport& report) {
+  return report.ticks == 0
+             ? 0.0
+             : static_cast<double>(probe.counts.used) / static_cast<double>(report.ticks);
+}
+
+std::string_view name_of(ProbeInput::Decimate decimate) noexcept {
+  return decimate == ProbeInput::Decimate::kMean ? "mean" : "last";
+}
+
+/// What became of the samples of a probe that is faster than the loop; empty for others.
+std::string decimation_text(const RunReport::OfProbe& probe, const RunReport& report) {
+  constexpr double kSeveral = 1.5;
+  const double samples = samples_per_tick(probe, report);
+  if (samples < kSeveral) return {};
+  const bool mean = probe.decimate == ProbeInput::Decimate::kMean;
+  return fmt::format(
+      "  {:.3g} samples in a tick: {}\n", samples,
+      mean ? "their mean is used" : "the last is used ([probe] decimate = \"mean\" averages them)");
+}
+
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
@@ -162,13 +183,14 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
           number_text(units::ms_from(report.largest_delay)),
           number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
     }
+    text += decimation_text(probe, report);
     if (probe.device && !probe.shares_device) text += device_text(*probe.device);
     const Press& press = model.deepest()[i];
     if (!press.touching()) {
       text += fmt::format("  never touched the skin\n");
       continue;
     }
-    if (model.parameters().indenters[i].prescribed()) {
+    if (model.parameters().indenters[i].taxels() != nullptr) {
       text += fmt::format(
           "  hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa\n"
           "  contact law: {}\n",
@@ -216,6 +238,8 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
     const Press& press = model.deepest()[i];
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));
+    json["samples_per_tick"] = samples_per_tick(probe, report);
+    json["decimate"] = name_of(probe.decimate);
     json["timing"] = timing_json(probe);
     json["device"] = device_json(probe.shares_device ? std::nullopt : probe.device);
     json["force_and_depth"] = both_json(force_and_depth(probe, model, i));

@@ -42,12 +42,46 @@ std::string labels_of(const SessionClock& clock) {
   return list.empty() ? "it has no marks" : "its marks are " + list;
 }
 
+Expected<void, SetupError> has_mark(const SessionClock& session, const std::string& label) {
+  if (session.marks.contains(label)) return {};
+  return bad_input(session.path + " has no mark \"" + label + "\": " + labels_of(session));
+}
+
+/// The wanted sync line of a session, or its only one.
+Expected<std::uint32_t, SetupError> sync_line_of(const SessionClock& session,
+                                                 std::optional<std::uint32_t> wanted) {
+  if (session.rises.empty()) {
+    return bad_input(
+        session.path +
+        " has no pulses of a sync line: connect one and name its column sync, or align "
+        "by marks");
+  }
+  if (wanted && session.rises.contains(*wanted)) return *wanted;
+  if (!wanted && session.rises.size() == 1) return session.rises.begin()->first;
+  std::string known;
+  for (const auto& [line, times] : session.rises) {
+    known += (known.empty() ? "" : ", ") + std::to_string(line);
+  }
+  return bad_input(session.path + " has the sync lines " + known + ": choose one with --line");
+}
+
+Expected<Alignment, SetupError> by_pulses(const SessionClock& first, const SessionClock& other,
+                                          ClockMap& clock) {
+  const auto line = sync_line_of(first, std::nullopt);
+  if (!line) return Unexpected<SetupError>(line.error());
+  const auto aligned = align_pulses(other, {}, first.rises.at(*line), first.path);
+  if (!aligned) return Unexpected<SetupError>(aligned.error());
+  clock = aligned->fit.map;
+  return Alignment{.session = other.path,
+                   .residual = aligned->fit.residual,
+                   .how = fmt::format("{} of {} pulses{}", aligned->match.pairs.size(),
+                                      aligned->match.total, aligned->falling ? ", inverted" : "")};
+}
+
 Expected<Alignment, SetupError> by_mark(const SessionClock& first, const SessionClock& other,
                                         const std::string& label, ClockMap& clock) {
   for (const SessionClock* const each : {&first, &other}) {
-    if (!each->marks.contains(label)) {
-      return bad_input(each->path + " has no mark \"" + label + "\": " + labels_of(*each));
-    }
+    if (auto known = has_mark(*each, label); !known) return Unexpected<SetupError>(known.error());
   }
   const auto& here = first.marks.at(label);
   const auto& there = other.marks.at(label);
@@ -123,7 +157,9 @@ Expected<SessionClock, SetupError> SessionClock::read(const RecordedSession& ses
   if (origin.utc.count() != 0) clock.utc.push_back({.from = origin.start, .to = origin.utc});
   clock.live = !reader->fact("live").empty();
   if (other != nullptr && clock.shares_clock(*other)) return clock;
-  reader->read_only({SessionStream::Id::kTicks, SessionStream::Id::kSamples});
+  reader->read_only(
+      {SessionStream::Id::kTicks, SessionStream::Id::kSamples, SessionStream::Id::kSync});
+  std::optional<std::uint32_t> device;
   SessionChunk chunk;
   for (;;) {
     const auto more = reader->next(chunk);
@@ -136,17 +172,64 @@ Expected<SessionClock, SetupError> SessionClock::read(const RecordedSession& ses
     if (!chunk.ticks.empty()) extend(chunk.ticks.back().time);
     for (const DeliveredSample& item : chunk.samples) extend(item.sample.time);
     for (const Mark& mark : chunk.marks) clock.marks[mark.label].push_back(mark.time);
+    for (const SyncEdge& edge : chunk.edges) {
+      if (edge.probe != device.value_or(edge.probe)) continue;
+      device = edge.probe;
+      (edge.level == 1 ? clock.rises : clock.falls)[edge.line].push_back(edge.time);
+    }
   }
   for (auto& [label, times] : clock.marks) std::sort(times.begin(), times.end());
+  for (auto* const edges : {&clock.rises, &clock.falls}) {
+    for (auto& [line, times] : *edges) {
+      std::sort(times.begin(), times.end());
+      times.erase(std::unique(times.begin(), times.end()), times.end());
+    }
+  }
   for (const ClockReading& each : reader->clock_readings()) {
     if (origin.utc.count() != 0 && each.from > origin.start) clock.utc.push_back(each);
   }
   return clock;
 }
 
+Expected<PulseAlignment, SetupError> align_pulses(const SessionClock& session,
+                                                  const PulseChoice& choice,
+                                                  std::span<const nanoseconds> pulses,
+                                                  const std::string& name) {
+  std::vector<nanoseconds> own;
+  std::vector<nanoseconds> falls;
+  if (!choice.mark.empty()) {
+    if (auto known = has_mark(session, choice.mark); !known) {
+      return Unexpected<SetupError>(known.error());
+    }
+    own = session.marks.at(choice.mark);
+  } else {
+    const auto line = sync_line_of(session, choice.line);
+    if (!line) return Unexpected<SetupError>(line.error());
+    own = session.rises.at(*line);
+    if (session.falls.contains(*line)) falls = session.falls.at(*line);
+  }
+  PulseAlignment alignment;
+  auto match = match_pulses(own, pulses, choice.tolerance);
+  // An inverted line has its pulses' begins where the other recorder has their ends.
+  if (auto inverted = match_pulses(falls, pulses, choice.tolerance);
+      inverted && (!match || match->pairs.size() < inverted->pairs.size() / 2)) {
+    match = std::move(inverted);
+    alignment.falling = true;
+  }
+  if (!match) {
+    return bad_input("the pulses of " + session.path + " and " + name +
+                     " do not match: " + match.error());
+  }
+  alignment.match = std::move(*match);
+  alignment.fit = fit_pulses(alignment.match, session.first, session.last);
+  return alignment;
+}
+
 Expected<Alignment, SetupError> align(const SessionClock& first, const SessionClock& other,
-                                      const std::string& mark, ClockMap& clock) {
-  auto alignment = mark.empty() ? by_utc(first, other, clock) : by_mark(first, other, mark, clock);
+                                      const MergeSettings& settings, ClockMap& clock) {
+  auto alignment = settings.pulses         ? by_pulses(first, other, clock)
+                   : settings.mark.empty() ? by_utc(first, other, clock)
+                                           : by_mark(first, other, settings.mark, clock);
   if (!alignment) return alignment;
   alignment->offset = clock(other.start) - other.start;
   alignment->rate = clock.rate();

@@ -1,12 +1,16 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/clock/clock_map.hpp"
+#include "drivers/clock/pulse_match.hpp"
 #include "tools/run/merged_sessions.hpp"
 
 namespace merkel {
@@ -24,6 +28,9 @@ struct SessionClock {
   std::vector<ClockReading> utc;                        ///< of its clock and UTC; empty: unknown
   std::optional<std::chrono::nanoseconds> clock_error;  ///< of UTC or the recorder's clock
   std::map<std::string, std::vector<std::chrono::nanoseconds>> marks;  ///< by label
+  /// Edges of the sync lines of the first device that has some: low to high, and back, by line.
+  std::map<std::uint32_t, std::vector<std::chrono::nanoseconds>> rises;
+  std::map<std::uint32_t, std::vector<std::chrono::nanoseconds>> falls;
 
   /// Reads the whole file, but decodes little of it. \param other  with the same clock, this one's
   /// facts are enough; null: none
@@ -37,10 +44,28 @@ struct SessionClock {
 };
 
 /// Aligns a session with the first one. \param clock  converts its times to those of the first
-/// \param mark  empty: by UTC
 [[nodiscard]] Expected<MergedSessions::Alignment, SetupError> align(const SessionClock& first,
                                                                     const SessionClock& other,
-                                                                    const std::string& mark,
+                                                                    const MergeSettings& settings,
                                                                     ClockMap& clock);
+
+/// A session placed on another clock by pulses that both saw.
+struct PulseAlignment {
+  PulseMatch match;
+  ClockFit fit;
+  bool falling = false;  ///< the session's falling edges match: its line is inverted
+};
+
+/// Which pulses are matched.
+struct PulseChoice {
+  std::string mark = {};                   ///< the session's marks with this label instead
+  std::optional<std::uint32_t> line = {};  ///< of the session; none: its only one
+  std::chrono::nanoseconds tolerance{2'000'000};
+};
+
+/// Aligns a session with pulses on another clock. \param name  of those pulses, for messages
+[[nodiscard]] Expected<PulseAlignment, SetupError> align_pulses(
+    const SessionClock& session, const PulseChoice& choice,
+    std::span<const std::chrono::nanoseconds> pulses, const std::string& name);
 
 }  // namespace merkel

@@ -19,9 +19,11 @@ constexpr milliseconds kCommandStep{1};  ///< with electrodes: as finely as a ru
 constexpr milliseconds kFlushEvery{10};
 constexpr milliseconds kLongestStep{50};  ///< a longer one is a stall of the host
 
-/// Records that are played at their time. Status has none, and frames have that of another clock.
+/// Records that are played at their time. Status has none, frames have that of another clock, and
+/// the player itself sends commands.
 template <class Record>
-constexpr bool kPlayed = !std::is_same_v<Record, PortFrame> && !std::is_same_v<Record, RunStatus>;
+constexpr bool kPlayed = !std::is_same_v<Record, PortFrame> && !std::is_same_v<Record, RunStatus> &&
+                         !std::is_same_v<Record, SentCommand>;
 
 }  // namespace
 
@@ -57,12 +59,12 @@ SessionPlayback::SessionPlayback(std::string path, const Extent& extent,
       numbering_(numbering),
       position_(position),
       sinks_(sinks),
-      gates_(sinks.size()),
       electrodes_(scene.encoding.electrodes.size()),
       step_(electrodes_ == 0 ? kStep : kCommandStep) {
-  for (std::size_t i = 0; i < sinks.size(); ++i) {
-    if (electrodes_ == 0 || !sinks[i]->stimulates()) continue;
-    gates_[i].emplace(scene.encoding, scene.model.tick);
+  if (electrodes_ > 0) gate_.emplace(scene.encoding, scene.model.tick);
+  for (const auto& sink : sinks) {
+    outlets_.emplace_back();
+    if (gate_ && sink->receives_commands()) outlets_.back().emplace(scene.encoding);
   }
 }
 
@@ -78,9 +80,7 @@ Expected<void, SetupError> SessionPlayback::go_to(nanoseconds place) {
   clear_all(waiting_);
   passed_taxels_.clear();
   switch_off(StimulationCommand::Stop::kGap);
-  for (auto& gate : gates_) {
-    if (gate) gate->jump();
-  }
+  if (gate_) gate_->jump();
   position_.jumps.fetch_add(1);
   // Skips everything before this position.
   while (!ended_ && (waiting_.ticks.empty() || waiting_.ticks.back().time < place)) {
@@ -140,23 +140,26 @@ Expected<void, SetupError> SessionPlayback::read_until(nanoseconds time) {
 
 void SessionPlayback::send(const RecordBatch& batch) {
   if (count_of(batch) == 0) return;
-  for (const auto& sink : sinks_) keep(sink->write(batch));
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    RecordBatch own = batch;
+    if (outlets_[i]) own.sent = outlets_[i]->pass(batch.sent, HostClock::now().time_since_epoch());
+    keep(sinks_[i]->write(own));
+    if (sinks_[i]->interrupted() && outlets_[i]) outlets_[i]->lose();
+  }
 }
 
-/// Commands leave through the gate of each sink whose receiver acts on them. It is asked also if
-/// there are none: it is the watchdog.
+/// Commands leave through the gate. It is asked also if there are none: it is the watchdog.
 void SessionPlayback::send_commands(std::span<const StimulationCommand> commands,
                                     nanoseconds place) {
   const nanoseconds now = HostClock::now().time_since_epoch();
-  if (commands.empty() && last_commands_.empty()) return;  // all is off
-  for (std::size_t i = 0; i < sinks_.size(); ++i) {
-    auto leaving = commands;
-    if (gates_[i]) {
-      leaving = gates_[i]->pass(
-          commands, {.now = now, .wall_offset = now - place, .delay = step_, .last_tick = now});
-    }
-    if (!leaving.empty()) keep(sinks_[i]->write({.commands = leaving}));
-  }
+  if (!gate_ || (commands.empty() && last_commands_.empty())) return;  // all is off
+  const auto sent = gate_->pass(
+      commands, {.now = now,
+                 .wall_offset = now - place,
+                 .delay = step_,
+                 .last_tick = now,
+                 .stopped = position_.stimulation.stopped() != StimulationSwitch::By::kNone});
+  send({.commands = commands, .sent = sent});
 }
 
 /// Whenever there is a gap in the recorded commands, a receiver must not continue

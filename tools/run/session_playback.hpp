@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/encoding/stimulation_gate.hpp"
+#include "core/encoding/stimulation_outlet.hpp"
 #include "core/expected.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sink.hpp"
@@ -68,7 +69,8 @@ class SessionPlayback {
   const SessionNumbering& numbering_;
   SessionPosition& position_;
   std::span<const std::unique_ptr<Sink>> sinks_;
-  std::vector<std::optional<StimulationGate>> gates_;  ///< by sink; none for one that only records
+  std::optional<StimulationGate> gate_;  ///< of all sinks; none without electrodes
+  std::vector<std::optional<StimulationOutlet>> outlets_;  ///< by sink; none for one that records
   std::size_t electrodes_;
   std::chrono::nanoseconds step_;  ///< between two looks at the clock
   std::optional<SessionReader> session_;

@@ -25,7 +25,7 @@ SessionReplay::SessionReplay(TactileModel& model, StimulationEncoder* encoder)
       stimulation_(encoder),
       records_(model.indenters()) {
   for (const Indenter& indenter : model.parameters().indenters) {
-    taxels_.emplace_back(indenter.prescribed() ? indenter.taxels.size() : 0);
+    taxels_.emplace_back(indenter.taxels() != nullptr ? indenter.taxels()->size() : 0);
   }
 }
 

@@ -125,7 +125,7 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
   std::string text = "no afferent fired: the press reached " +
                      decimal(units::N_from_mN(deepest.contact.force_mN)) + " N (" +
                      decimal(deepest.contact.depth_mm) + " mm)";
-  if (model.parameters().indenters[*probe].prescribed()) {
+  if (model.parameters().indenters[*probe].taxels() != nullptr) {
     return "no afferent fired: the taxels reached " + decimal(deepest.contact.peak_pressure_kPa) +
            " kPa and " + decimal(units::N_from_mN(deepest.contact.force_mN)) +
            " N: check the unit of their channels, or press harder";

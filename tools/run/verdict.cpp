@@ -19,6 +19,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::size_t kMostFindings = 5;
 constexpr double kMuchPoor = 0.2;     ///< share of solutions
+constexpr double kMuchMoved = 0.02;   ///< of the largest energy density
 constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
 constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
@@ -31,6 +32,8 @@ constexpr double kDeepestPress_mm = 6.0;
 constexpr const char* kSlowHost =
     "the model is fast enough, but this machine stopped the loop: see merkel doctor, and what else "
     "runs on it";
+constexpr const char* kNoValue =
+    "check its sensors and their wiring, and what its device names and sends";
 constexpr const char* kRefused =
     "check the units and the zero, or increase [probe] max_force_N or max_depth_mm";
 
@@ -50,6 +53,7 @@ class RunChecks {
   std::vector<Finding> findings() {
     for (std::size_t i = 0; i < report_.probes.size(); ++i) {
       check_probe(report_.probes[i]);
+      check_taxels(i);
       check_press(i);
     }
     check_loop();
@@ -75,6 +79,41 @@ class RunChecks {
     if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
   }
 
+  /// "20 mN in 120 s (0.17 mN/s)"
+  static std::string drift_text(const ContactDecision::Drift& drift) {
+    const double time_s = units::s_from(drift.last - drift.first);
+    return fmt::format("{:.3g} mN in {:.3g} s ({:.2g} mN/s)", std::fabs(drift.change_mN()), time_s,
+                       std::fabs(drift.change_mN()) / std::max(time_s, 1e-9));
+  }
+  /// A zero that should be tracked: it has a threshold of contact, and its level at rest changed.
+  static bool drifts_unfollowed(const RunReport::OfProbe& probe) {
+    const double contact_mN = units::mN_from_N(probe.contact.contact_N);
+    return contact_mN > 0.0 && !probe.drift.followed &&
+           std::fabs(probe.drift.change_mN()) >= 0.5 * contact_mN;
+  }
+  static std::string rest_of(const RunReport::OfProbe& probe) {
+    if (!drifts_unfollowed(probe)) return {};
+    return "; its zero drifted by " + drift_text(probe.drift);
+  }
+
+  void check_zero(const RunReport::OfProbe& probe) {
+    const double contact_mN = units::mN_from_N(probe.contact.contact_N);
+    if (probe.drift.uncertain.count() > 0) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the zero of {} was uncertain for {} s: its contact may have been drift, and "
+                      "stimulation was suspended",
+                      probe.uri, number_text(units::s_from(probe.drift.uncertain))),
+          "lift the probe and tare it (in the live page); if it drifts, let it warm up, and set "
+          "[probe] zero_drift_mN_per_s to two to three times the drift that merkel connect measures");
+    }
+    if (probe.drift.followed && std::fabs(probe.drift.change_mN()) >= contact_mN) {
+      add(Severity::kNote, 0.2,
+          fmt::format("the zero of {} drifted by {}, and was followed", probe.uri,
+                      drift_text(probe.drift)),
+          "let the sensor warm up before a long hold, during which its zero cannot be followed");
+    }
+  }
+
   /// A wrong sign, zero or unit shows in the readings of the whole run.
   void check_readings(const RunReport::OfProbe& probe) {
     const PressRange& range = probe.press_range;
@@ -89,21 +128,28 @@ class RunChecks {
           "if the sensor reports compression as negative, set [probe] invert_force = true; otherwise "
           "tare it");
     }
+    check_zero(probe);
     const double longest_s = units::s_from(range.longest_touch);
     if (range.longest_touch >= kEndlessTouch) {
       add(Severity::kNote, 0.9,
-          fmt::format("the contact of {} did not end for {} s; its smallest force was {} N",
+          fmt::format("the contact of {} did not end for {} s; its smallest force was {} N{}",
                       probe.uri, number_text(longest_s),
-                      number_text(units::N_from_mN(range.least_force_of_longest_mN))),
-          "if the probe was free, tare it (in the live page, or with merkel calibrate), or set [probe] "
-          "contact_N above its offset");
+                      number_text(units::N_from_mN(range.least_force_of_longest_mN)),
+                      rest_of(probe)),
+          std::string("if the probe was free, tare it (in the live page, or with merkel "
+                      "calibrate), ") +
+              (drifts_unfollowed(probe) ? "and set [probe] zero = \"track\""
+                                        : "or set [probe] contact_N above its offset"));
     }
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (static_cast<double>(range.brief_touches) > std::max(10.0, kFlicker * run_s)) {
       add(Severity::kNote, 0.8,
-          fmt::format("the contact of {} flickered: {} ended within 10 ms", probe.uri,
-                      std::to_string(range.brief_touches) + " touches"),
-          "set [probe] contact_N to several times the noise of the sensor at rest");
+          fmt::format("the contact of {} flickered: {} ended within 15 ms{}", probe.uri,
+                      std::to_string(range.brief_touches) + " touches", rest_of(probe)),
+          drifts_unfollowed(probe)
+              ? "set [probe] zero = \"track\", with contact_N several times the noise of the "
+                "sensor at rest"
+              : "set [probe] contact_N to several times the noise of the sensor at rest");
     }
     const double most_N = units::N_from_mN(range.most_force_mN);
     if (most_N > kHardestPress_N || range.most_depth_mm > kDeepestPress_mm) {
@@ -162,6 +208,13 @@ class RunChecks {
                       probe.uri, number_text(100.0 * cut)),
           "increase [probe] deepest_mm, or press less");
     }
+    if (sliding.movement_error() > kMuchMoved) {
+      add(Severity::kNote, 1.0,
+          fmt::format("the surface of {} moved by up to {:.2g} mm between two solutions of its "
+                      "contact: energy densities are off by up to about {:.2g} % of the largest",
+                      probe.uri, counts.farthest_mm, 100.0 * sliding.movement_error()),
+          "slide more slowly, or make [probe] deepest_mm smaller, so that it is solved more often");
+    }
     const double poor = share(counts.poor, counts.solutions);
     if (poor > kMuchPoor) {
       add(Severity::kNote, 1.0,
@@ -197,6 +250,13 @@ class RunChecks {
             ? static_cast<double>(probe.device->refused) * units::s_from(probe.timing->period)
             : 0.0;
     const bool refused = refused_s > 0.5 * lost_s;
+    if (refused && !probe.lack.empty()) {
+      add(severity_of(lost_s), weight,
+          fmt::format("{} was released for {} s of {}: {}", probe.uri, number_text(lost_s),
+                      number_text(run_s), probe.lack),
+          kNoValue);
+      return;
+    }
     if (severity_of(lost_s) == Severity::kFailure) {
       add(Severity::kFailure, weight,
           fmt::format("touch was lost for {} s of {}: ", number_text(lost_s), number_text(run_s)) +
@@ -211,6 +271,15 @@ class RunChecks {
                       refused ? "its readings were refused" : "no sample arrived in time"),
           refused ? kRefused : "keep the device streaming, or increase [loop] stale_after_ms");
     }
+  }
+
+  /// An array that lacks taxels and felt nothing.
+  void check_taxels(std::size_t i) {
+    const RunReport::OfProbe& probe = report_.probes[i];
+    const bool array = model_.parameters().indenters[i].taxels() != nullptr;
+    if (!array || probe.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
+    add(Severity::kFailure, 1.0, fmt::format("{} felt no touch: {}", probe.uri, probe.lack),
+        kNoValue);
   }
 
   void check_samples(const RunReport::OfProbe& probe) {
@@ -298,6 +367,14 @@ class RunChecks {
                       probe.uri, was(device.saturated)),
           "press less, or use a sensor with a larger range");
     }
+    if (device.outside_calibration > 0) {
+      add(Severity::kLoss, share(device.outside_calibration, device.readings),
+          fmt::format("{} of {} {} outside the range of the calibration",
+                      counted(device.outside_calibration, "reading"), probe.uri,
+                      was(device.outside_calibration)),
+          "calibrate with points as large as the presses (merkel calibrate --overwrite), or press "
+          "less");
+    }
   }
 
   void check_loop() {
@@ -349,6 +426,15 @@ class RunChecks {
   }
 
   void check_stimulation() {
+    if (report_.stimulation_stop.by != StimulationSwitch::By::kNone) {
+      const bool off = report_.stimulation_stopped != StimulationSwitch::By::kNone;
+      add(Severity::kNote, 1.0,
+          fmt::format("stimulation was stopped by {} after {} s{}",
+                      name_of(report_.stimulation_stop.by),
+                      number_text(units::s_from(report_.stimulation_stop.at)),
+                      off ? ", until the end of the run" : ", and started again"),
+          "none: the stop was asked for");
+    }
     if (report_.commands_dropped == 0) return;
     add(Severity::kFailure, share(report_.commands_dropped, report_.commands),
         fmt::format("{} of {} {} lost, so stimulation was stopped", report_.commands_dropped,

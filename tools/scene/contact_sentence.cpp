@@ -41,21 +41,27 @@ std::string surface_sentence(const SlidingContact& sliding, const TactileModel& 
                 "%.2g %% of the solutions",
                 100.0 * report.sum_of_errors / solutions,
                 100.0 * static_cast<double>(report.poor) / solutions);
-  return sentence + text.data();
+  sentence += text.data();
+  std::snprintf(
+      text.data(), text.size(),
+      "; moved by up to %.2g mm between two solutions, so that energy densities are off by "
+      "up to about %.2g %% of the largest",
+      report.farthest_mm, 100.0 * sliding.movement_error());
+  return report.farthest_mm > 0.0 ? sentence + text.data() : sentence;
 }
 
 }  // namespace
 
 std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
                              const SkinParameters& skin) {
-  if (indenter.prescribed()) {
-    return "the pressures of " + std::to_string(indenter.taxels.size()) +
-           " taxels, as measured, on " + (skin.layers.empty() ? "a half-space" : "layered skin") +
+  if (const TaxelArray* const taxels = indenter.taxels()) {
+    return "the pressures of " + std::to_string(taxels->size()) + " taxels, as measured, on " +
+           (skin.layers.empty() ? "a half-space" : "layered skin") +
            "; linear elasticity without friction, no contact law";
   }
   if (!indenter.closed_form(skin)) {
     const PressedTip tip = pressed_tip(indenter, skin);
-    const PixelGrid grid = contact_pixels(tip, skin.receptor_depth_mm);
+    const PixelGrid grid = contact_pixels(tip, tip.deepest_mm, skin.receptor_depth_mm).grid;
     std::array<char, 64> depths{"proportional to the depth"};
     if (!tip.proportional) {
       std::snprintf(depths.data(), depths.size(), "at depths to %.2g mm", tip.deepest_mm);
@@ -65,12 +71,12 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
                   "contact of the tip \"%s\" solved on %zu x %zu pixels of %.3f mm, %s; linear "
                   "elasticity without friction, valid while the depth is small beside the tip's "
                   "smallest part%s",
-                  std::string(Indenter::name_of(indenter.tip)).c_str(),
-                  static_cast<std::size_t>(grid.columns), static_cast<std::size_t>(grid.rows),
-                  grid.pixel_mm, depths.data(), stiffening_note(skin));
+                  std::string(indenter.tip_name()).c_str(), static_cast<std::size_t>(grid.columns),
+                  static_cast<std::size_t>(grid.rows), grid.pixel_mm, depths.data(),
+                  stiffening_note(skin));
     return text.data();
   }
-  return validity_of(contact, skin, indenter.radius_mm).sentence();
+  return validity_of(contact, skin, indenter.sphere()->radius_mm).sentence();
 }
 
 std::string contact_sentence(const Press& press, const TactileModel& model, std::size_t probe) {

@@ -44,7 +44,9 @@ std::string model_key_of(const Scene& scene) {
 /// Scenes of Python were read before the run that they make.
 void note_files_of(const Scene& scene) {
   ReadFiles::note(scene.file);
-  for (const Indenter& indenter : scene.model.indenters) ReadFiles::note(indenter.shape.file);
+  for (const Indenter& indenter : scene.model.indenters) {
+    if (const auto* shape = std::get_if<ShapeTip>(&indenter.tip)) ReadFiles::note(shape->file);
+  }
 }
 
 /// The longest delay of the scene's probes.
@@ -54,6 +56,18 @@ std::optional<nanoseconds> delay_of(const Scene& scene) {
     if (probe.delay) delay = std::max(delay.value_or(nanoseconds{0}), *probe.delay);
   }
   return delay;
+}
+
+/// A calibration that leaves out what drives the model; empty: there is none, or it does not.
+std::string uncalibrated_drive(const ProbeInfo& info, const Scene::OfProbe& probe) {
+  const bool has_force = (info.channels & ProbeSample::kForce) != 0U;
+  const bool force = probe.control ? *probe.control == Indenter::Control::kForce : has_force;
+  const std::uint32_t driving = force ? ProbeSample::kForce : ProbeSample::kDepth;
+  if (info.calibrated == 0 || (info.calibrated & driving) != 0U) return {};
+  const std::string name = force ? "force" : "depth";
+  return info.calibration_file + " does not calibrate the " + name +
+         ", which drives the model: it is used as the device sends it; add it by merkel calibrate '" +
+         info.uri + "' " + info.calibration_file + " --channel " + name;
 }
 
 /// Opens each device once: probes whose URIs differ only in what follows '#' share one.
@@ -129,12 +143,12 @@ namespace {
 
 /// Whether a probe can feed a tip: an array needs its pressures.
 Expected<void, SetupError> check_array(const Indenter& tip, const ProbeInfo& probe) {
-  if (tip.prescribed() && probe.taxels != tip.taxels.size()) {
+  if (tip.taxels() != nullptr && probe.taxels != tip.taxels()->size()) {
     return bad_input("the probe " + probe.uri + " has " + std::to_string(probe.taxels) +
-                     " taxels, but the tip of the scene " + std::to_string(tip.taxels.size()) +
+                     " taxels, but the tip of the scene " + std::to_string(tip.taxels()->size()) +
                      ": use the same number (taxel_columns, taxel_rows)");
   }
-  if (!tip.prescribed() && probe.taxels > 0) {
+  if (tip.taxels() == nullptr && probe.taxels > 0) {
     return bad_input("the probe " + probe.uri + " is a tactile array of " +
                      std::to_string(probe.taxels) +
                      " taxels: set tip = \"taxels\" in [probe], with taxel_columns and taxel_rows");
@@ -169,7 +183,7 @@ Expected<void, SetupError> choose_controls(Scene& scene, const std::vector<Probe
                        ", which the probe " + probes[i].uri +
                        " does not measure: change probe.control");
     }
-    scene.model.indenters[i].control = control;
+    scene.model.indenters[i].control = scene.probes[i].input.contact.control = control;
   }
   return {};
 }
@@ -213,6 +227,13 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 }
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
+  for (const Electrode& each : scene.encoding.electrodes) {
+    if (each.encoder != EncoderKind::kOwn) continue;
+    return bad_input(
+        "the electrode " + each.name +
+        " has encoder = \"own\", whose drives come from Stream.set_drive() in Python; a run "
+        "has none: choose another encoder");
+  }
   PreparedRun run;
   note_files_of(scene);
   if (auto notice = leave_one_core(scene.loop); !notice.empty()) {
@@ -234,6 +255,11 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
       limits.push_back(scene.probes[device.feeds[output]].limits);
     }
     device.probe = std::make_unique<LimitedProbe>(std::move(device.probe), std::move(limits));
+  }
+  for (std::size_t i = 0; i < infos.size(); ++i) {
+    if (auto notice = uncalibrated_drive(infos[i], scene.probes[i]); !notice.empty()) {
+      run.notices.push_back(std::move(notice));
+    }
   }
   auto cost = cost_of(run.devices.size(), infos);
   if (!cost) return Unexpected<SetupError>(cost.error());

@@ -28,8 +28,8 @@ nanoseconds pressed_cost(TactileModel& model, std::vector<ContactInput> places,
   const auto& indenters = model.parameters().indenters;
   const nanoseconds tick = model.parameters().tick;
   for (std::size_t i = 0; i < indenters.size(); ++i) {
-    if (!indenters[i].prescribed()) continue;
-    const std::vector<float> pressures_kPa(indenters[i].taxels.size(), kPressed_kPa);
+    if (indenters[i].taxels() == nullptr) continue;
+    const std::vector<float> pressures_kPa(indenters[i].taxels()->size(), kPressed_kPa);
     model.set_taxels(i, pressures_kPa);
   }
   std::vector<nanoseconds> costs;

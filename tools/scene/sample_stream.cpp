@@ -18,10 +18,14 @@ constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe while anot
 
 struct SampleStream::Line {
   Line(std::string the_name, const ProbeInput::Parameters& parameters)
-      : name(std::move(the_name)), channel(kMostWaiting), input(channel, parameters) {}
+      : name(std::move(the_name)),
+        channel(kMostWaiting),
+        contact(parameters.contact, true),
+        input(channel, parameters) {}
 
   std::string name;
   ProbeChannel channel;
+  ContactDecision contact;
   ProbeInput input;
   std::optional<std::chrono::nanoseconds> last;  ///< time of the last pushed sample
 };
@@ -88,10 +92,13 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
     return bad_input(std::move(fault));
   }
   begin_call();
-  if (line.channel.ring->size_approx() >= kMostWaiting || !line.channel.try_push(sample)) {
+  if (line.channel.ring->size_approx() >= kMostWaiting) {
     return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
                      " samples ahead of another probe: push the samples of all probes in turn");
   }
+  ProbeSample decided = sample;
+  line.contact.decide(decided);
+  static_cast<void>(line.channel.try_push(decided));  // there is room
   line.last = sample.time;
   while (may_go_on()) simulate();
   return std::span<const SpikeEvent>(spikes_);
@@ -106,6 +113,21 @@ std::span<const SpikeEvent> SampleStream::finish() {
     commands_.insert(commands_.end(), last.begin(), last.end());
   }
   return spikes_;
+}
+
+Expected<void, SetupError> SampleStream::set_drive(const std::string& electrode, double amplitude,
+                                                   double frequency) {
+  const auto& electrodes = scene_.encoding.electrodes;
+  const auto found = std::find_if(electrodes.begin(), electrodes.end(), [&](const Electrode& each) {
+    return each.name == electrode && each.encoder == EncoderKind::kOwn;
+  });
+  if (found == electrodes.end()) {
+    return bad_input("the scene has no electrode \"" + electrode +
+                     "\" with encoder = \"own\": set that in its [[electrode]] or "
+                     "[[electrode_group]]");
+  }
+  encoder_->set_drive(static_cast<std::size_t>(found - electrodes.begin()), amplitude, frequency);
+  return {};
 }
 
 std::optional<std::chrono::nanoseconds> SampleStream::time() const noexcept {
@@ -158,7 +180,9 @@ void SampleStream::simulate() {
                    .contact = reading.contact,
                    .number = ticks_ + 1,
                    .probe = static_cast<std::uint32_t>(i),
-                   .state = reading.state};
+                   .state = reading.state,
+                   .doubts = reading.doubts,
+                   .touch = reading.touch};
   }
   const SimulationStep::Made made = step_->step(records_);
   spikes_.insert(spikes_.end(), made.spikes.begin(), made.spikes.end());

@@ -45,6 +45,10 @@ class SampleStream {
   /// The stimulation commands of the last call of push() or finish(), in order of time, valid until
   /// the next; none if the scene has no electrodes. The last update of finish() is off.
   [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
+  /// Sets the drive of an electrode whose encoder is `own`, and of its group, from the next update
+  /// on: 0 (off) to 1 (strongest). Fails if there is no such electrode.
+  [[nodiscard]] Expected<void, SetupError> set_drive(const std::string& electrode, double amplitude,
+                                                     double frequency);
   /// Null if the scene has no electrodes.
   [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
   /// Sets a function that is called every few milliseconds of simulation. If it returns true,

@@ -14,6 +14,7 @@
 #include "drivers/probes/probe_channels.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
+#include "tools/scene/scene_stimulation.hpp"
 #include "tools/scene/scene_table.hpp"
 
 namespace merkel {
@@ -46,23 +47,6 @@ void read_neuron(SceneTable table, TactileModel::Parameters& model) {
   table.finish();
 }
 
-/// Calls `read` for the table `key`, or for each table of the array `key`.
-template <class Read>
-void for_each_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
-  const toml::node* const node = root.find(key);
-  if (node == nullptr) return;
-  if (const toml::table* const one = node->as_table()) {
-    read(*one);
-  } else if (const toml::array* const several = node->as_array();
-             several != nullptr && several->is_array_of_tables()) {
-    for (const toml::node& each : *several) read(*each.as_table());
-  } else {
-    findings.fail(node->source(), std::string(key) + " must be a table: write [" +
-                                      std::string(key) + "], or [[" + std::string(key) +
-                                      "]] once for each of them");
-  }
-}
-
 /// Drops the probes of a preset that press on patches which the scene does not have.
 void drop_unused_probes(Scene& scene) {
   std::size_t kept = 0;
@@ -74,19 +58,6 @@ void drop_unused_probes(Scene& scene) {
   }
   scene.probes.resize(kept);
   scene.model.indenters.resize(kept);
-}
-
-/// Calls `read` for the table `key`, if there is one.
-template <class Read>
-void with_table(SceneTable& root, std::string_view key, Findings& findings, Read read) {
-  const toml::node* const node = root.find(key);
-  if (node == nullptr) return;
-  if (const toml::table* const table = node->as_table()) {
-    read(SceneTable(*table, std::string(key), findings));
-  } else {
-    findings.fail(node->source(),
-                  std::string(key) + " must be a table: write [" + std::string(key) + "]");
-  }
 }
 
 void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
@@ -140,6 +111,15 @@ void check_source(SceneTable& table, Scene::OfProbe& probe) {
   }
 }
 
+/// The keys of other tips have no effect.
+void ignore_other_tips(SceneTable& reader, const Indenter& indenter) {
+  for (std::size_t kind = 0; kind < kTipNames.size(); ++kind) {
+    Indenter other = indenter;
+    other.tip = default_tip(kind);
+    for (const BoundField& key : tip_fields(other)) reader.find(key.field->key);
+  }
+}
+
 /// Probes without a position press at the centre of their patch.
 void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
   const auto to_centre = [&scene](std::size_t i) {
@@ -160,35 +140,25 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
     scene.probes.push_back(first_probe);
     scene.model.indenters.push_back(first_indenter);
     SceneTable reader(table, "probe", findings);
-    BoundFields keys = probe_keys(scene, count);
-    const auto after_patch = keys.begin() + 1;
-    reader.read({keys.begin(), after_patch});
+    const auto patch_and_tip = [&] {
+      const BoundFields keys = probe_keys(scene, count);
+      return BoundFields{keys.begin(), keys.begin() + 2};
+    };
+    reader.read(patch_and_tip());
+    ignore_other_tips(reader, scene.model.indenters.back());
+    const BoundFields keys = probe_keys(scene, count);
     if (reader.has("device") && scene.devices.empty()) {
       reader.refuse("device",
                     "names a device, but the scene has none: add [[device]] with a name and a uri");
     }
     to_centre(count);
-    reader.read({after_patch, keys.end()});
+    reader.read({keys.begin() + 2, keys.end()});
     check_source(reader, scene.probes.back());
     reader.finish();
     ++count;
   });
   if (count > 0) return;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) to_centre(i);
-}
-
-void read_electrodes(SceneTable& root, Findings& findings, Scene& scene) {
-  for_each_table(root, "electrode", findings, [&](const toml::table& table) {
-    const std::size_t number = scene.encoding.electrodes.size();
-    Electrode& electrode = scene.encoding.electrodes.emplace_back();
-    electrode.name = "E" + std::to_string(number + 1);
-    // Messages name the electrode.
-    const auto own = table["name"].value<std::string>();
-    const std::string label = own && is_electrode_name(*own) ? *own : electrode.name;
-    SceneTable(table, "electrode[" + label + "]", findings)
-        .read(electrode_keys(scene, number))
-        .finish();
-  });
 }
 
 void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
@@ -209,22 +179,21 @@ void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
   table.finish();
 }
 
-/// A file that a scene names: beside the scene's file, or else as it is.
-std::string beside_scene(const std::string& scene_file, const std::string& name) {
-  std::error_code ignored;
-  const std::string beside = (std::filesystem::path(scene_file).parent_path() / name).string();
-  return std::filesystem::exists(beside, ignored) ? beside : name;
-}
-
-/// The heights of measured shapes, whose names are relative to the folder of the scene's file.
-void read_shapes(const std::string& scene_file, Findings& findings, Scene& scene) {
+/// The heights of measured shapes: given, or of files whose names are relative to the folder of the
+/// scene's file.
+void read_shapes(const std::string& scene_file, const std::vector<std::string>& given,
+                 Findings& findings, Scene& scene) {
+  std::size_t shapes = 0;
   for (Indenter& indenter : scene.model.indenters) {
-    TipShape& shape = indenter.shape;
-    if (indenter.tip != Indenter::Tip::kShape || shape.file.empty()) continue;
-    shape.file = beside_scene(scene_file, shape.file);
-    auto map = read_height_map(shape.file, shape.pixel_mm);
+    auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
+    if (shape == nullptr || shape->file.empty()) continue;
+    const std::size_t number = shapes++;
+    const bool known = number < given.size();
+    if (!known) shape->file = beside_scene(scene_file, shape->file);
+    auto map = known ? parse_csv_heights(given[number], shape->file, shape->pixel_mm)
+                     : read_height_map(shape->file, shape->pixel_mm);
     if (map) {
-      shape.map = std::make_shared<HeightMap>(std::move(*map));
+      shape->map = std::make_shared<HeightMap>(std::move(*map));
     } else if (findings.error.empty()) {
       findings.error = findings.file + ": " + map.error().sentence;
     }
@@ -259,11 +228,7 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   read("loop", loop_keys(scene));
   read_devices(top, findings, scene);
   read_probes(top, findings, scene);
-  read_electrodes(top, findings, scene);
-  read("stimulation", bind_fields(scene.encoding.stimulation));
-  for (Electrode& each : scene.encoding.electrodes) {
-    if (each.frequency_Hz.empty()) each.frequency_Hz = scene.encoding.stimulation.frequency_Hz;
-  }
+  read_stimulation(top, findings, scene);
   for_each_table(top, "sink", findings, [&](const toml::table& table) {
     std::string uri;
     SceneTable(table, "sink", findings).text("uri", uri).finish();
@@ -296,9 +261,18 @@ Expected<void, ParameterError> check(const Scene& scene) {
   all.also(scene.encoding.check());
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const Indenter& tip = scene.model.indenters[i];
-    if (tip.prescribed()) all.also(tip.taxels.check());
-    all.require(!tip.prescribed() || !scene.probes[i].input.invert_force, "probe.invert_force",
+    if (const TaxelArray* const taxels = tip.taxels()) {
+      taxels->check(scene.model.skin, all);
+    }
+    all.require(tip.taxels() == nullptr || !scene.probes[i].input.contact.invert_force,
+                "probe.invert_force",
                 "has no effect on a tactile array: let its device report compression as positive");
+    const ContactDecision::Parameters& contact = scene.probes[i].input.contact;
+    all.require(contact.zero != ContactDecision::Zero::kTrack || contact.contact_N > 0.0 ||
+                    tip.taxels() != nullptr,
+                "probe.zero",
+                "= \"track\" needs contact_N, several times the noise of the sensor at rest, which "
+                "merkel connect measures");
     const auto& delay = scene.probes[i].delay;
     const auto& ceiling = scene.probes[i].input.max_delay;
     all.require(!delay || !ceiling || *delay <= *ceiling, "probe.max_delay_ms",
@@ -315,9 +289,12 @@ Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
   source->calibrations = {of.calibration};
   ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
   const Indenter& tip = model.indenters[probe];
-  if (tip.prescribed() && source->parts.empty()) {
-    channels.taxels = {
-        .count = tip.taxels.size(), .area_mm2 = tip.taxels.area_mm2(), .prefix = of.taxel_channels};
+  if (const TaxelArray* const taxels = tip.taxels(); taxels && source->parts.empty()) {
+    channels.taxels = {.count = taxels->size(),
+                       .area_mm2 = taxels->area_mm2(),
+                       .prefix = of.taxel_channels,
+                       .tracks = of.input.contact.zero.value_or(ContactDecision::Zero::kTrack) ==
+                                 ContactDecision::Zero::kTrack};
   }
   if (of.device || !channels.empty()) source->parts = {std::move(channels)};
   return source;
@@ -331,7 +308,8 @@ std::string Scene::uri_of(std::size_t probe) const {
 
 void Scene::place_arrays() {
   for (std::size_t i = 0; i < probes.size(); ++i) {
-    model.indenters[i].taxels.place = {.x_mm = probes[i].input.x_mm, .y_mm = probes[i].input.y_mm};
+    auto* const taxels = std::get_if<TaxelArray>(&model.indenters[i].tip);
+    if (taxels) taxels->place = {.x_mm = probes[i].input.x_mm, .y_mm = probes[i].input.y_mm};
   }
 }
 
@@ -379,7 +357,8 @@ void flatten_if_infinite(SkinParameters& skin) {
   if (std::isinf(skin.radius_mm)) skin.radius_along_mm = 0.0;
 }
 
-Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name) {
+Expected<Scene, SetupError> parse_scene(const std::string& text, const std::string& name,
+                                        const std::vector<std::string>& shapes) {
   const auto root = parse_toml(text);
   if (!root) {
     return bad_input(name + ":" + std::to_string(root.error().line) +
@@ -387,7 +366,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   }
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);
-  read_shapes(name, findings, scene);
+  read_shapes(name, shapes, findings, scene);
   for (Scene::OfProbe& probe : scene.probes) {
     if (!probe.calibration.empty()) probe.calibration = beside_scene(name, probe.calibration);
   }

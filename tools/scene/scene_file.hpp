@@ -81,8 +81,11 @@ void flatten_if_infinite(SkinParameters& skin);
 /// of "paper". Fails with file, line and advice on an unknown key (with the nearest known one) or a
 /// wrong type. TactileModel::create checks the values.
 [[nodiscard]] Expected<Scene, SetupError> read_scene(const std::string& path);
-/// The same from the text of a scene; `name` stands for the file in messages.
+/// The same from the text of a scene; `name` stands for the file in messages. \param shapes  the
+/// heights of its measured shapes (parse_csv_heights), in the order of the probes, instead of their
+/// files
 [[nodiscard]] Expected<Scene, SetupError> parse_scene(const std::string& text,
-                                                      const std::string& name);
+                                                      const std::string& name,
+                                                      const std::vector<std::string>& shapes = {});
 
 }  // namespace merkel

@@ -21,8 +21,8 @@ Choice patch_choice(std::size_t& patch) {
           [](void* at, std::size_t index) { *static_cast<std::size_t*>(at) = index; }};
 }
 
-/// A device of the scene, by name; none: the probe has a uri of its own.
-Choice device_choice(std::optional<std::size_t>& device) {
+/// A device or a group of the scene, by name; may be none.
+Choice named_choice(std::optional<std::size_t>& device) {
   return {
       &device,
       [](const void* at) -> std::optional<std::size_t> {
@@ -40,15 +40,21 @@ constexpr Field kPatch[] = {{"patch", "", any_value(),
 constexpr Field kDevice[] = {{"device", "", any_value(),
                               "name of the [[device]] that feeds the probe",
                               [](void* probe) -> FieldPointer {
-                                return device_choice(static_cast<Scene::OfProbe*>(probe)->device);
+                                return named_choice(static_cast<Scene::OfProbe*>(probe)->device);
                               },
                               "uri"}};
-constexpr Field kElectrodePatch[] = {
+constexpr Field kElectrodePlace[] = {
     {"patch", "", any_value(), "name of the [[receptors]] that the field lies on",
      [](void* electrode) -> FieldPointer {
        return patch_choice(static_cast<Electrode*>(electrode)->patch);
      },
-     "the first"}};
+     "the first"},
+    {"group", "", any_value(),
+     "name of the [[electrode_group]] that it belongs to, which sets its encoder and frequency",
+     [](void* electrode) -> FieldPointer {
+       return named_choice(static_cast<Electrode*>(electrode)->group);
+     },
+     "it acts alone"}};
 
 }  // namespace
 
@@ -64,6 +70,8 @@ FieldTable Scene::OfDevice::fields() {
 FieldTable Scene::OfProbe::fields() {
   using P = Scene::OfProbe;
   static constexpr std::string_view kControls[] = {"depth", "force"};
+  static constexpr std::string_view kZeros[] = {"track", "fixed", "start"};
+  static constexpr std::string_view kDecimations[] = {"last", "mean"};
   static constexpr Field kFields[] = {
       {"uri", "", any_value(), "source of the samples (see merkel run --help)", at<&P::uri>,
        "that of its device"},
@@ -92,11 +100,31 @@ FieldTable Scene::OfProbe::fields() {
       {"control", "", one_of(kControls), "the reading that drives the contact", at<&P::control>,
        "force if the probe measures it, else depth"},
       {"invert_force", "", any_value(), "true: the sensor reports compression as a negative force",
-       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.invert_force; }},
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.invert_force; }},
       {"contact_N", "N", not_negative(1e3),
        "a measured force from here on touches, until it falls below half of it; above the noise of the "
        "sensor, which merkel connect measures; 0: any positive force touches",
-       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact_N; }},
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.contact_N; }},
+      {"contact_mm", "mm", not_negative(1e3),
+       "the same for the depth of a probe that is driven by its depth",
+       [](void* p) -> FieldPointer { return &static_cast<P*>(p)->input.contact.contact_mm; }},
+      {"zero", "", one_of(kZeros),
+       "zero of the measured force: track follows the drift of the sensor and needs contact_N; fixed "
+       "is that of its calibration; start is the mean of the first 0.5 s, in which nothing may touch",
+       [](void* p) { return detail::pointer_to(static_cast<P*>(p)->input.contact.zero); },
+       "track for a device with contact_N; for a recording, what it was recorded with"},
+      {"zero_drift_mN_per_s", "mN/s", positive(1e3),
+       "the largest drift of the sensor that zero = \"track\" follows; two to three times what "
+       "merkel connect measures",
+       [](void* p) -> FieldPointer {
+         return &static_cast<P*>(p)->input.contact.zero_drift_mN_per_s;
+       }},
+      {"decimate", "", one_of(kDecimations),
+       "the input of a tick in which several samples lie: the last of them, or their mean, which is a "
+       "low-pass filter and half a tick older",
+       [](void* p) -> FieldPointer {
+         return detail::choice_of(static_cast<P*>(p)->input.decimate);
+       }},
       {"max_force_N", "N", positive(1e6),
        "a larger measured force is refused: a device's reading is dropped and counted, a recording ends",
        [](void* p) -> FieldPointer { return &static_cast<P*>(p)->limits.force_N; }},
@@ -134,6 +162,7 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   BoundFields keys;
   bind_fields({"probe", kPatch}, &scene.model.indenters[probe], keys);
   for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
+  for (BoundField& key : tip_kind_field(scene.model.indenters[probe])) keys.push_back(key);
   for (BoundField& key : tip_fields(scene.model.indenters[probe])) keys.push_back(std::move(key));
   bind_fields({"probe", kDevice}, &scene.probes[probe], keys);
   for (const auto& device : scene.devices) keys.back().words.push_back(device.name);
@@ -141,11 +170,31 @@ BoundFields probe_keys(Scene& scene, std::size_t probe) {
   return keys;
 }
 
-BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
+BoundFields group_keys(Scene& scene, std::size_t group) {
+  ElectrodeGroup& bound = scene.encoding.groups[group];
   BoundFields keys;
-  bind_fields({"electrode", kElectrodePatch}, &scene.encoding.electrodes[electrode], keys);
-  for (const auto& patch : scene.model.patches) keys.back().words.push_back(patch.name);
-  bind_fields(scene.encoding.electrodes[electrode], keys);
+  bind_fields({"electrode_group", Electrode::source_fields().fields}, &bound.pattern, keys);
+  bind_fields(bound, keys);
+  return keys;
+}
+
+BoundFields electrode_keys(Scene& scene, std::size_t electrode) {
+  Electrode& bound = scene.encoding.electrodes[electrode];
+  BoundFields keys;
+  bind_fields({"electrode", kElectrodePlace}, &bound, keys);
+  for (const auto& patch : scene.model.patches) keys[0].words.push_back(patch.name);
+  for (const auto& group : scene.encoding.groups) keys[1].words.push_back(group.pattern.name);
+  BoundFields source;
+  bind_fields(Electrode::source_fields(), &bound, source);
+  if (bound.group) {
+    const bool has_field = scene.encoding.groups[*bound.group].pattern.field_mm.empty();
+    std::erase_if(source, [has_field](const BoundField& key) {
+      const std::string_view name = key.field->key;
+      return name != "name" && !(name == "field_mm" && has_field);
+    });
+  }
+  keys.insert(keys.end(), source.begin(), source.end());
+  bind_fields(bound, keys);
   return keys;
 }
 
@@ -180,6 +229,11 @@ std::vector<SceneSection> sections_of(Scene& scene) {
       {"[network]", "coupling of hodgkin_huxley neurons", bind_fields(model.network)});
   sections.push_back({"[loop]", "ticks and the thread that computes them", loop_keys(scene)});
   sections.push_back({"[accuracy]", "what may be skipped", accuracy_keys(scene)});
+  for (std::size_t i = 0; i < scene.encoding.groups.size(); ++i) {
+    sections.push_back({"[[electrode_group]]",
+                        "electrodes with one field, one drive and staggered pulses",
+                        group_keys(scene, i)});
+  }
   for (std::size_t i = 0; i < scene.encoding.electrodes.size(); ++i) {
     sections.push_back({"[[electrode]]",
                         "an electrode, the area of skin that it represents, and its encoder",
@@ -188,6 +242,11 @@ std::vector<SceneSection> sections_of(Scene& scene) {
   if (!scene.encoding.electrodes.empty()) {
     sections.push_back({"[stimulation]", "limits that no stimulation command exceeds",
                         bind_fields(scene.encoding.stimulation)});
+  }
+  if (!scene.encoding.stimulator.name.empty()) {
+    sections.push_back({"[stimulator]",
+                        "what the stimulator can do: commands are rounded down to it",
+                        bind_fields(scene.encoding.stimulator)});
   }
   return sections;
 }

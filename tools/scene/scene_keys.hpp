@@ -16,7 +16,10 @@ namespace merkel {
 /// the names of the scene's patches.
 [[nodiscard]] BoundFields probe_keys(Scene& scene, std::size_t probe);
 
-/// The keys of the [[electrode]] number `electrode`, from 0, borrowed from a scene.
+/// The keys of the [[electrode_group]] number `group`, from 0, borrowed from a scene.
+[[nodiscard]] BoundFields group_keys(Scene& scene, std::size_t group);
+/// The keys of the [[electrode]] number `electrode`, from 0, borrowed from a scene; first those of
+/// its patch and its group, which decides about the others.
 [[nodiscard]] BoundFields electrode_keys(Scene& scene, std::size_t electrode);
 
 /// A table of a scene file with its keys.

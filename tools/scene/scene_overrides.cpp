@@ -93,10 +93,29 @@ Expected<Scene, SetupError> scene_of_keys(const Scene& changed) {
   return parsed;
 }
 
+Expected<SceneOverrides, SetupError> overrides_of(const std::vector<std::string>& texts) {
+  SceneOverrides overrides;
+  for (const std::string& text : texts) {
+    const auto equals = text.find('=');
+    if (equals == 0 || equals == std::string::npos) {
+      return bad_input(
+          "--set " + text +
+          " is not KEY=VALUE, such as skin.radius_mm=8: merkel scene --keys lists the keys");
+    }
+    overrides.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return overrides;
+}
+
 Expected<Scene, SetupError> with_overrides(const Scene& scene, const SceneOverrides& overrides) {
   if (overrides.empty()) return scene;
   Scene changed = scene;
-  for (const auto& [name, value] : overrides) {
+  // Keys that select a tip or a kind of neuron decide which other keys there are.
+  SceneOverrides sorted = overrides;
+  std::stable_partition(sorted.begin(), sorted.end(), [](const auto& each) {
+    return each.first.ends_with(".tip") || each.first.ends_with(".kind");
+  });
+  for (const auto& [name, value] : sorted) {
     const auto key = key_named(changed, name);
     if (!key) return Unexpected<SetupError>(key.error());
     if (auto set = set_value(name, *key, value); !set) return Unexpected<SetupError>(set.error());

@@ -26,6 +26,9 @@ struct NamedKey {
 
 /// Names of keys and their values, as in a scene file; texts and words without quotes.
 using SceneOverrides = std::vector<std::pair<std::string, std::string>>;
+/// Of texts KEY=VALUE, in the same order.
+[[nodiscard]] Expected<SceneOverrides, SetupError> overrides_of(
+    const std::vector<std::string>& texts);
 
 /// The scene with other values of some keys, set in the given order. Fails, and names the key, if a
 /// scene file with these values would be refused.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <system_error>
 
 #include "core/parameters/nearest_name.hpp"
+#include "drivers/files/example_file.hpp"
 
 namespace merkel {
 namespace {
@@ -118,7 +120,7 @@ constexpr Preset kPresets[] = {
     {"hand", hand, "five fingertips and a palm: 4250 afferents, six probes"}};
 
 /// True for a name without a folder or extension, unless such a file exists.
-bool is_mistyped_preset(const std::string& name) {
+bool is_mistyped_name(const std::string& name) {
   std::error_code ignored;
   return name.find_first_of("/.") == std::string::npos && !std::filesystem::exists(name, ignored);
 }
@@ -161,19 +163,30 @@ std::string preset_list(std::string_view before, std::string_view between) {
   return text;
 }
 
+std::string example_scene_list(std::string_view before, std::string_view between) {
+  std::string text;
+  for (const std::string& name : example_names(Example::kScene)) {
+    std::ifstream file(path_or_example(Example::kScene, name));
+    std::string meaning;
+    std::getline(file, meaning);
+    text.append(before).append(name).append(between);
+    text.append(meaning.starts_with("# ") ? meaning.substr(2) : meaning).append("\n");
+  }
+  return text;
+}
+
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
   const auto preset = preset_scene(name_or_file.empty() ? "paper" : name_or_file);
-  if (!preset && is_mistyped_preset(name_or_file)) {
-    const std::string nearest = nearest_name(name_or_file, preset_names());
-    std::string list;
-    for (const std::string& name : preset_names()) {
-      list.append(list.empty() ? "" : ", ").append(name);
-    }
-    return bad_input(
-        "there is no preset or scene file " + name_or_file +
-        (nearest.empty() ? ": the presets are " + list : ": did you mean " + nearest + "?"));
-  }
-  return preset ? Expected<Scene, SetupError>(*preset) : read_scene(name_or_file);
+  if (preset) return *preset;
+  const std::string file = path_or_example(Example::kScene, name_or_file);
+  if (!is_mistyped_name(file)) return read_scene(file);
+  std::vector<std::string> names = preset_names();
+  const std::vector<std::string> examples = example_names(Example::kScene);
+  names.insert(names.end(), examples.begin(), examples.end());
+  const std::string nearest = nearest_name(name_or_file, names);
+  return bad_input("there is no preset, example or scene file " + name_or_file +
+                   (nearest.empty() ? ": merkel scene --list prints the presets and examples"
+                                    : ": did you mean " + nearest + "?"));
 }
 
 }  // namespace merkel

@@ -18,8 +18,11 @@ namespace merkel {
 /// A line for each preset: its name and its meaning.
 [[nodiscard]] std::string preset_list(std::string_view before, std::string_view between);
 
-/// The scene of a preset or a scene file; for an empty name, the preset "paper". Scene::notice
-/// may hold a sentence for the user.
+/// The same of the examples that come with the program; empty where they are not installed.
+[[nodiscard]] std::string example_scene_list(std::string_view before, std::string_view between);
+
+/// The scene of a preset, of a scene file or of an example; for an empty name, the preset "paper".
+/// Scene::notice may hold a sentence for the user.
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);
 
 }  // namespace merkel

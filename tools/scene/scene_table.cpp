@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
+#include <system_error>
 #include <type_traits>
 #include <utility>
 
@@ -204,6 +206,12 @@ void SceneTable::finish() {
                                      (nearest.empty() ? "; the known ones are: " + list
                                                       : ": did you mean " + nearest + "?"));
   }
+}
+
+std::string beside_scene(const std::string& scene_file, const std::string& name) {
+  std::error_code ignored;
+  const std::string beside = (std::filesystem::path(scene_file).parent_path() / name).string();
+  return std::filesystem::exists(beside, ignored) ? beside : name;
 }
 
 }  // namespace merkel

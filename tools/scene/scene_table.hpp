@@ -48,4 +48,38 @@ class SceneTable {
   std::vector<std::string> known_;
 };
 
+/// Calls `read` for the table `key`, or for each table of the array `key`.
+template <class Read>
+void for_each_table(SceneTable& root, std::string_view key, SceneTable::Findings& findings,
+                    Read read) {
+  const toml::node* const node = root.find(key);
+  if (node == nullptr) return;
+  if (const toml::table* const one = node->as_table()) {
+    read(*one);
+  } else if (const toml::array* const several = node->as_array();
+             several != nullptr && several->is_array_of_tables()) {
+    for (const toml::node& each : *several) read(*each.as_table());
+  } else {
+    findings.fail(node->source(), std::string(key) + " must be a table: write [" +
+                                      std::string(key) + "], or [[" + std::string(key) +
+                                      "]] once for each of them");
+  }
+}
+
+/// Calls `read` for the table `key`, if there is one.
+template <class Read>
+void with_table(SceneTable& root, std::string_view key, SceneTable::Findings& findings, Read read) {
+  const toml::node* const node = root.find(key);
+  if (node == nullptr) return;
+  if (const toml::table* const table = node->as_table()) {
+    read(SceneTable(*table, std::string(key), findings));
+  } else {
+    findings.fail(node->source(),
+                  std::string(key) + " must be a table: write [" + std::string(key) + "]");
+  }
+}
+
+/// A file that a scene names: beside the scene's file, or else as it is.
+[[nodiscard]] std::string beside_scene(const std::string& scene_file, const std::string& name);
+
 }  // namespace merkel

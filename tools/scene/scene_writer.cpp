@@ -136,25 +136,39 @@ std::string scene_keys_text() {
       "`paper`; the top-level\nkey `preset` selects another:\n\n" +
       preset_list("- `", "`: ") +
       "\n`merkel scene NAME` prints a preset as a complete scene file. `[[device]]`, `[[probe]]`, "
-      "`[[skin.layer]]`, `[[receptors]]`, `[[electrode]]` and `[[sink]]`\nmay be repeated; `[[sink]]` has one key, "
+      "`[[skin.layer]]`, `[[receptors]]`, `[[electrode_group]]`, `[[electrode]]` and `[[sink]]`\nmay be repeated; `[[sink]]` has one key, "
       "`uri`.\n";
   Scene scene = *preset_scene("paper");
   scene.encoding.electrodes.push_back({.name = "E1"});
+  scene.encoding.groups.emplace_back();
+  scene.encoding.stimulator.name = "of this scene";
   scene.model.skin.layers.count = 1;
   scene.devices.push_back({});
   for (const SceneSection& section : sections_of(scene)) {
+    const auto heading = [&](std::string_view key, std::string_view kind) {
+      text.append("\n## `").append(section.heading).append("`, `").append(key);
+      text.append(" = \"").append(kind).append("\"`\n\n").append(kColumns);
+    };
     if (section.heading != "[neuron]") {
       text.append("\n## `").append(section.heading).append("`: ").append(section.meaning);
       text.append("\n\n").append(kColumns);
       append_rows(text, section.keys);
+      if (section.heading != "[[probe]]") continue;
+      Indenter turned;
+      text.append("\n## `[[probe]]`, all tips but `sphere`\n\n").append(kColumns);
+      append_rows(text, bind_fields(turned));
+      for (std::size_t kind = 1; kind < kTipNames.size(); ++kind) {
+        Tip tip = default_tip(kind);
+        heading("tip", kTipNames[kind]);
+        append_rows(text, std::visit([](auto& own) { return bind_fields(own); }, tip));
+      }
       continue;
     }
     const BoundFields kind = neuron_kind_fields(scene.model);
     for (std::size_t k = 0; k < kind.front().words.size(); ++k) {
       Scene other = scene;
       set_kind(other.model, static_cast<NeuronKind>(k));
-      text.append("\n## `[neuron]`, `kind = \"").append(kind.front().words[k]).append("\"`\n\n");
-      text.append(kColumns);
+      heading("kind", kind.front().words[k]);
       append_rows(text, neuron_fields(other.model));
     }
   }

@@ -7,9 +7,13 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "core/parameters/range.hpp"
+#include "drivers/probes/probe_channels.hpp"
 #include "drivers/sessions/session_samples.hpp"
+#include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
@@ -25,6 +29,20 @@ std::optional<std::uint64_t> to_seed(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
   return seed;
+}
+
+/// Heights of a measured shape, so that a session needs no other file.
+constexpr const char* kShapeFact = "shape_heights_mm";
+constexpr std::size_t kMaxShapeBytes = std::size_t{8}
+                                       << 20U;  ///< a chunk has at most twice as many
+
+std::string csv_of(const HeightMap& map) {
+  std::string text;
+  for (std::size_t i = 0; i < map.height_mm.size(); ++i) {
+    text += shortest_decimal(map.height_mm[i]);
+    text += (i + 1) % map.grid.columns == 0 ? '\n' : ',';
+  }
+  return text;
 }
 
 /// A seed of a scene that the command line may have set, except those of the patches.
@@ -98,6 +116,14 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   for (const PatchParameters& patch : run.model.patches) {
     run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
   }
+  for (const Indenter& indenter : run.model.indenters) {
+    const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
+    if (shape == nullptr || !shape->map) continue;
+    std::string heights = csv_of(*shape->map);
+    // The replay of a larger one needs its file.
+    if (heights.size() > kMaxShapeBytes) break;
+    run.facts.emplace_back(kShapeFact, std::move(heights));
+  }
   for (auto& fact : machine_facts()) run.facts.push_back(std::move(fact));
   return run;
 }
@@ -133,6 +159,27 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
     }
   }
   return probes;
+}
+
+Expected<void, SetupError> set_probes(Scene& scene, std::vector<std::string> uris) {
+  const std::size_t wanted = scene.probes.size();
+  const auto uri =
+      uris.size() == 1 && wanted > 1 ? Uri::parse(uris.front()) : Expected<Uri, SetupError>(Uri());
+  if (uri && uri->scheme == "replay" && !uri->options.contains("probe") &&
+      !split_fragment(uri->text).second && SessionSamples::is_session(uri->path)) {
+    const auto session = SessionReader::open(uri->path);
+    if (!session) return Unexpected<SetupError>(session.error());
+    const std::size_t held = session->facts("probe").size();
+    if (held != wanted) {
+      return bad_input("\"" + uri->text + "\" holds the samples of " + std::to_string(held) +
+                       (held == 1 ? " probe" : " probes") + ", but the scene has " +
+                       std::to_string(wanted) + ": give a URI for each, such as " + uri->text +
+                       (uri->options.empty() ? "?" : "&") + "probe=0 for the first");
+    }
+    uris.assign(wanted, uri->text + (uri->options.empty() ? "?" : "&") + "probe=");
+    for (std::size_t i = 0; i < wanted; ++i) uris[i] += std::to_string(i);
+  }
+  return scene.set_probes(uris);
 }
 
 Expected<RunDescription, SetupError> describe_session(const std::string& path,
@@ -177,7 +224,8 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
         "the session was recorded without a simulation: only sessions of merkel run hold a scene");
   }
   const std::string name = session.fact("scene");
-  auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name);
+  auto scene = parse_scene(session.fact("scene_text"), name.empty() ? "the session's scene" : name,
+                           session.facts(kShapeFact));
   if (!scene) return scene;
   const std::string controls = session.fact("controls");
   if (controls.empty() || controls.size() > kMostProbes ||

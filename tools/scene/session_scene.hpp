@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -22,6 +23,10 @@ void add_probe_facts(const ProbeInfo& probe, RunDescription& run);
 /// first sample of each.
 [[nodiscard]] Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(
     const std::string& path);
+
+/// Sets the probes of a scene, as Scene::set_probes does. A single session that holds as many
+/// probes as the scene has feeds each by its own.
+[[nodiscard]] Expected<void, SetupError> set_probes(Scene& scene, std::vector<std::string> uris);
 
 /// The description of a recorded run for sinks that store a copy: the facts are those of the
 /// machine and the time of the recording. \param scene  null of samples recorded without a

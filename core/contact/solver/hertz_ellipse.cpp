@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "core/math/bisection.hpp"
 
@@ -75,44 +74,22 @@ HertzEllipse::HertzEllipse(double curvature_x, double curvature_y, double modulu
 
 void HertzEllipse::fill(double depth_mm, const PixelGrid& grid, std::span<double> pressure) const {
   const double root = std::sqrt(depth_mm);
+  const double half = 0.5 * grid.pixel_mm;
   const double to_x = 1.0 / (half_x_ * root);
   const double to_y = 1.0 / (half_y_ * root);
-  const double half = 0.5 * grid.pixel_mm;
-  std::vector<double> sums(grid.pixels());
   double total = 0.0;
-  double moment_x = 0.0;
-  double moment_y = 0.0;
   for (std::size_t row = 0; row < grid.rows; ++row) {
     const double y = grid.y_mm(row);
     for (std::size_t column = 0; column < grid.columns; ++column) {
       const double x = grid.x_mm(column);
-      double& sum = sums[row * grid.columns + column];
+      double& sum = pressure[row * grid.columns + column];
       sum = ellipsoid_over((x - half) * to_x, (x + half) * to_x, (y - half) * to_y,
                            (y + half) * to_y);
       total += sum;
-      moment_x += sum * x * x;
-      moment_y += sum * y * y;
     }
   }
-  const double area = grid.pixel_mm * grid.pixel_mm;
-  const double scale = force_ * depth_mm * root / (total * area);
-  const double sharpen_x =
-      (moment_x / total + area / 12.0 - 0.2 * half_x_ * half_x_ * depth_mm) / (2.0 * area);
-  const double sharpen_y =
-      (moment_y / total + area / 12.0 - 0.2 * half_y_ * half_y_ * depth_mm) / (2.0 * area);
-  const auto at = [&](std::size_t column, std::size_t row) {
-    return column < grid.columns && row < grid.rows ? sums[row * grid.columns + column] : 0.0;
-  };
-  for (std::size_t row = 0; row < grid.rows; ++row) {
-    for (std::size_t column = 0; column < grid.columns; ++column) {
-      const double here = at(column, row);
-      // Before the first pixel, the index wraps to beyond the last one.
-      const double along_x = at(column - 1, row) + at(column + 1, row) - 2.0 * here;
-      const double along_y = at(column, row - 1) + at(column, row + 1) - 2.0 * here;
-      pressure[row * grid.columns + column] =
-          scale * (here - sharpen_x * along_x - sharpen_y * along_y);
-    }
-  }
+  const double scale = force_ * depth_mm * root / (total * grid.pixel_mm * grid.pixel_mm);
+  for (double& p : pressure) p *= scale;
 }
 
 }  // namespace merkel

@@ -26,9 +26,7 @@ class HertzEllipse {
   /// The pressure in the middle at a depth of 1 mm, kPa; it grows with √d.
   [[nodiscard]] double peak_pressure() const noexcept { return peak_pressure_; }
 
-  /// The pressures of pixels around the contact's middle whose field is that of the ellipse: means
-  /// over the pixels, less a part of their second differences, so that the second moments are those
-  /// of the ellipse, a²/5 and b²/5, however large the pixels are. Real-time: no.
+  /// The mean pressures of pixels around the contact's middle. Real-time: no.
   void fill(double depth_mm, const PixelGrid& grid, std::span<double> pressure_kPa) const;
 
  private:

@@ -4,25 +4,10 @@
 #include <vector>
 
 #include "core/contact/solver/grid_transform.hpp"
+#include "core/contact/solver/height_map.hpp"
 #include "core/contact/solver/layered_medium.hpp"
 
 namespace merkel {
-
-/// A rectangle of square pixels.
-struct PixelGrid {
-  double pixel_mm = 0.0;
-  std::size_t columns = 0;
-  std::size_t rows = 0;
-
-  [[nodiscard]] std::size_t pixels() const noexcept { return columns * rows; }
-  /// Centre of a column or row, from the middle of the rectangle.
-  [[nodiscard]] double x_mm(std::size_t column) const noexcept {
-    return (static_cast<double>(column) - 0.5 * static_cast<double>(columns - 1)) * pixel_mm;
-  }
-  [[nodiscard]] double y_mm(std::size_t row) const noexcept {
-    return (static_cast<double>(row) - 0.5 * static_cast<double>(rows - 1)) * pixel_mm;
-  }
-};
 
 /// The smallest power of two that is at least `pixels`, and at least 32.
 [[nodiscard]] std::size_t padded_pixels(std::size_t pixels) noexcept;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/contact/solver/tip_heights.hpp"
+
 namespace merkel {
 namespace {
 
@@ -30,13 +32,25 @@ bool bare(const HeightMap& map, std::size_t pixel) {
   return std::isinf(map.height_mm[pixel]) || map.coverage[pixel] < kLeastCoverage;
 }
 
-/// Whether one of the four neighbours of a pixel inside the grid is not covered.
-bool beside_bare(const HeightMap& map, std::size_t column, std::size_t row) {
+/// Whether the tip ends, or drops, at one of the borders of a pixel inside the grid.
+bool beside_drop(const HeightMap& map, std::size_t column, std::size_t row) {
   const std::size_t columns = map.grid.columns;
   const std::size_t here = row * columns + column;
-  return (column > 0 && bare(map, here - 1)) || (column + 1 < columns && bare(map, here + 1)) ||
-         (row > 0 && bare(map, here - columns)) ||
-         (row + 1 < map.grid.rows && bare(map, here + columns));
+  const auto drops_to = [&](std::size_t beside) {
+    return bare(map, beside) ||
+           map.height_mm[beside] - map.height_mm[here] > kRimRise * map.grid.pixel_mm;
+  };
+  return (column > 0 && drops_to(here - 1)) || (column + 1 < columns && drops_to(here + 1)) ||
+         (row > 0 && drops_to(here - columns)) ||
+         (row + 1 < map.grid.rows && drops_to(here + columns));
+}
+
+/// From the middle of a pixel at the rim of a smooth contact to the end of the contact, in pixels:
+/// the pressure grows with the root of the distance from there.
+double end_of_contact(double rim_pressure, double next_pressure) {
+  if (!(next_pressure > rim_pressure)) return 0.5;
+  const double square = rim_pressure * rim_pressure;
+  return std::min(1.0, square / (next_pressure * next_pressure - square));
 }
 
 }  // namespace
@@ -47,8 +61,8 @@ RigidContact::RigidContact(const LayeredMedium& medium, const HeightMap& gap)
       transform_(padded_pixels(2 * gap.grid.columns - 1), padded_pixels(2 * gap.grid.rows - 1)),
       kernel_(surface_kernel(medium, gap.grid)),
       spectrum_(transform_.make_spectrum()) {
-  for (auto* const values :
-       {&gap_, &compliance_, &pressure_, &displaced_, &residual_, &direction_, &response_}) {
+  for (auto* const values : {&gap_, &compliance_, &covered_, &pressure_, &displaced_, &residual_,
+                             &direction_, &response_}) {
     values->resize(grid_.pixels());
   }
   set_gap(gap);
@@ -62,11 +76,13 @@ void RigidContact::set_gap(const HeightMap& gap) noexcept {
       gap_[i] = bare(gap, i) ? std::numeric_limits<double>::infinity() : gap.height_mm[i];
       const bool whole = gap.coverage[i] > 1.0 - kLeastCoverage;
       compliance_[i] = 0.0;
+      covered_[i] = 1.0;
       if (!gap.rims.empty() && gap.rims[i].known) {
         compliance_[i] = gap.rims[i].compliance * grid_.pixel_mm / modulus_kPa_;
         continue;
       }
-      if (bare(gap, i) || (whole && !beside_bare(gap, column, row))) continue;
+      covered_[i] = whole ? 1.0 : gap.coverage[i];
+      if (bare(gap, i) || (whole && !beside_drop(gap, column, row))) continue;
       const double share = gap.coverage[i] + kRimShift;
       compliance_[i] = kRimCompliance * (1.0 / share - 1.0) * grid_.pixel_mm / modulus_kPa_;
     }
@@ -255,13 +271,37 @@ bool RigidContact::iterate(const Accuracy& accuracy) noexcept {
   return false;
 }
 
+double RigidContact::area_mm2() const noexcept {
+  double pixels = 0.0;
+  // Along rows, then along columns.
+  for (const bool rows : {true, false}) {
+    const std::size_t lines = rows ? grid_.rows : grid_.columns;
+    const std::size_t length = rows ? grid_.columns : grid_.rows;
+    for (std::size_t line = 0; line < lines; ++line) {
+      const auto at = [&](std::size_t i) {
+        return rows ? line * grid_.columns + i : i * grid_.columns + line;
+      };
+      const auto carried = [&](std::size_t i) { return i < length ? pressure_[at(i)] : 0.0; };
+      for (std::size_t i = 0; i < length; ++i) {
+        if (!(carried(i) > 0.0)) continue;
+        pixels += covered_[at(i)];
+        if (compliance_[at(i)] != 0.0) continue;  // the rim is at the border
+        // Before the first pixel, the index wraps to beyond the last one.
+        if (!(carried(i - 1) > 0.0)) pixels += end_of_contact(carried(i), carried(i + 1)) - 0.5;
+        if (!(carried(i + 1) > 0.0)) pixels += end_of_contact(carried(i), carried(i - 1)) - 0.5;
+      }
+    }
+  }
+  return 0.5 * pixels * grid_.pixel_mm * grid_.pixel_mm;
+}
+
 RigidContact::Solution RigidContact::solution() const noexcept {
   Solution found = solution_;
   found.force_mN = force_of_pressure_mN();
   for (const double p : pressure_) {
     found.peak_pressure_kPa = std::max(found.peak_pressure_kPa, p);
-    if (p > 0.0) found.area_mm2 += grid_.pixel_mm * grid_.pixel_mm;
   }
+  found.area_mm2 = area_mm2();
   return found;
 }
 

@@ -5,26 +5,10 @@
 #include <vector>
 
 #include "core/contact/solver/grid_transform.hpp"
+#include "core/contact/solver/height_map.hpp"
 #include "core/contact/solver/pixel_kernels.hpp"
 
 namespace merkel {
-
-/// The surface of a rigid tip above its lowest point, seen from the skin, at the centres of pixels.
-struct HeightMap {
-  PixelGrid grid;
-  std::vector<double> height_mm;  ///< infinite where there is no tip
-  /// Part of the pixel that the tip covers, 0 to 1: below 1 at its rims.
-  std::vector<double> coverage;
-  /// Within a pixel at a rim, the pressure is not even. Known of all pixels or, if empty, of none:
-  /// then the coverage decides.
-  struct Rim {
-    bool known = false;
-    double compliance = 0.0;  ///< extra, in pixels over E*
-    double x = 0.0;           ///< where the pressure acts, from the middle, in pixels
-    double y = 0.0;
-  };
-  std::vector<Rim> rims = {};
-};
 
 /// Frictionless contact of a rigid tip with elastic skin: the pressure p ≥ 0 for which the surface
 /// is displaced by d − g where p > 0 and by at least d − g elsewhere, g the gap before the press.
@@ -91,6 +75,8 @@ class RigidContact {
 
   void displace(std::span<const double> pressure, std::span<double> displaced) noexcept;
   [[nodiscard]] double force_of_pressure_mN() const noexcept;
+  /// In contact; the ends of rows and columns lie between pixels.
+  [[nodiscard]] double area_mm2() const noexcept;
   /// Scales the pressure to the force. \return the factor; 0: nothing carries
   double carry_force() noexcept;
   /// The first pressure. \return false if nothing can touch
@@ -109,6 +95,7 @@ class RigidContact {
   GridSpectrum spectrum_;
   std::vector<double> gap_;         ///< infinite where nothing can touch
   std::vector<double> compliance_;  ///< extra, of pixels at a rim, mm/kPa
+  std::vector<double> covered_;     ///< part of a pixel
   std::vector<double> pressure_;
   std::vector<double> displaced_;
   std::vector<double> residual_;   ///< displacement − depth + gap

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <span>
 
+#include "core/contact/solver/rigid_contact.hpp"
+
 namespace merkel {
 namespace {
 
-constexpr std::size_t kFinestRims = 4;  ///< pixels for one, in each direction
+constexpr std::size_t kFinestRims = 8;  ///< pixels for one, in each direction
 constexpr double kMostRimPixels = 65536.0;
 constexpr double kSmallerRimDepth = 0.4;  ///< of the larger one
 constexpr RigidContact::Accuracy kRimAccuracy{.tolerance = 2e-4, .most_iterations = 300};

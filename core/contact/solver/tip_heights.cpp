@@ -11,10 +11,8 @@ namespace {
 
 constexpr double kNoTip = std::numeric_limits<double>::infinity();
 constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
-/// A pixel in which the tip rises by more than this many pixels is at a rim.
-constexpr double kRimRise = 4.0;
 constexpr int kCoarseSamples = 5;  ///< in each direction of a pixel, to find rims
-constexpr int kFineSamples = 32;   ///< in each direction, to measure coverage
+constexpr int kFineSamples = 16;   ///< in each direction, to measure coverage
 
 /// The height of a flat end whose rim is rounded, at a distance inside the rim.
 double flat_end(double inside_mm, double edge_radius_mm) {
@@ -90,22 +88,25 @@ TipHeight dots_height(std::vector<Position> centres, double diameter_mm, double 
   };
 }
 
-TipHeight wedge_height(double angle_deg, double length_mm, double edge_radius_mm) {
+TipHeight wedge_height(double width_mm, double length_mm, double angle_deg, double edge_radius_mm) {
   return [=, slope = slope_of(angle_deg)](double x, double y) {
+    if (std::fabs(x) > 0.5 * width_mm) return kNoTip;
     const double end = flat_end(0.5 * length_mm - std::fabs(y), edge_radius_mm);
     return rounded_ridge(std::fabs(x), slope, edge_radius_mm) + end;
   };
 }
 
-TipHeight cone_height(double angle_deg, double edge_radius_mm) {
+TipHeight cone_height(double diameter_mm, double angle_deg, double edge_radius_mm) {
   return [=, slope = slope_of(angle_deg)](double x, double y) {
-    return rounded_ridge(std::hypot(x, y), slope, edge_radius_mm);
+    const double r = std::hypot(x, y);
+    return r > 0.5 * diameter_mm ? kNoTip : rounded_ridge(r, slope, edge_radius_mm);
   };
 }
 
 TipHeight cylinder_height(double radius_mm, double length_mm) {
   return [=](double x, double y) {
-    return std::fabs(y) > 0.5 * length_mm ? kNoTip : 0.5 / radius_mm * x * x;
+    const bool beyond = std::fabs(x) > radius_mm || std::fabs(y) > 0.5 * length_mm;
+    return beyond ? kNoTip : 0.5 / radius_mm * x * x;
   };
 }
 
@@ -125,15 +126,22 @@ TipHeight map_height(const HeightMap& map) {
     };
     const auto [i, along_x] = cell(column, last_column);
     const auto [j, along_y] = cell(row, last_row);
+    const auto nearest = [](double inside) {
+      return static_cast<std::size_t>(std::floor(inside + 0.5));
+    };
+    const double here = map.height_mm[nearest(along_y) * grid.columns + nearest(along_x)];
+    if (std::isinf(here)) return kNoTip;
     double sum = 0.0;
     for (std::size_t b = 0; b < 2; ++b) {
       for (std::size_t a = 0; a < 2; ++a) {
         const double wx = a == 0 ? 1.0 - (along_x - i) : along_x - i;
         const double wy = b == 0 ? 1.0 - (along_y - j) : along_y - j;
         if (wx * wy == 0.0) continue;
-        sum += wx * wy *
-               map.height_mm[(static_cast<std::size_t>(j) + b) * grid.columns +
-                             static_cast<std::size_t>(i) + a];
+        const double corner = map.height_mm[(static_cast<std::size_t>(j) + b) * grid.columns +
+                                            static_cast<std::size_t>(i) + a];
+        // A wall stands at the border between two pixels.
+        const bool wall = std::fabs(corner - here) > kRimRise * grid.pixel_mm;
+        sum += wx * wy * (wall ? here : corner);
       }
     }
     return sum;
@@ -162,7 +170,6 @@ HeightMap height_map(const TipHeight& tip, const PixelGrid& grid) {
                 .height_mm = std::vector<double>(grid.pixels(), kNoTip),
                 .coverage = std::vector<double>(grid.pixels(), 0.0)};
   const double rise = kRimRise * grid.pixel_mm;
-  double lowest = kNoTip;
   for (std::size_t row = 0; row < grid.rows; ++row) {
     for (std::size_t column = 0; column < grid.columns; ++column) {
       const std::size_t i = row * grid.columns + column;
@@ -190,11 +197,7 @@ HeightMap height_map(const TipHeight& tip, const PixelGrid& grid) {
         map.height_mm[i] = sum / covered;
         map.coverage[i] = static_cast<double>(covered) / (kFineSamples * kFineSamples);
       }
-      lowest = std::min(lowest, map.height_mm[i]);
     }
-  }
-  if (std::isfinite(lowest)) {
-    for (double& height : map.height_mm) height -= lowest;
   }
   return map;
 }

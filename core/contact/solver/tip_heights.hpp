@@ -1,16 +1,11 @@
 #pragma once
 
-#include <functional>
-#include <span>
 #include <vector>
 
-#include "core/contact/solver/rigid_contact.hpp"
+#include "core/contact/solver/height_map.hpp"
 #include "core/parameters/position.hpp"
 
 namespace merkel {
-
-/// The height of a tip above its lowest plane at a point of the tip, mm; infinite beyond the tip.
-using TipHeight = std::function<double(double x_mm, double y_mm)>;
 
 // Tips around the origin. `edge_radius_mm` rounds the rims of flat ends, the ridge of a wedge and
 // the apex of a cone; 0 leaves them sharp.
@@ -29,11 +24,13 @@ struct FlatRectangle {
 [[nodiscard]] TipHeight dots_height(std::vector<Position> centres, double diameter_mm,
                                     double edge_radius_mm);
 /// A ridge along y. \param angle_deg  between its two faces
-[[nodiscard]] TipHeight wedge_height(double angle_deg, double length_mm, double edge_radius_mm);
-[[nodiscard]] TipHeight cone_height(double angle_deg, double edge_radius_mm);
+[[nodiscard]] TipHeight wedge_height(double width_mm, double length_mm, double angle_deg,
+                                     double edge_radius_mm);
+[[nodiscard]] TipHeight cone_height(double diameter_mm, double angle_deg, double edge_radius_mm);
 /// A cylinder that lies along y, as a parabola.
 [[nodiscard]] TipHeight cylinder_height(double radius_mm, double length_mm);
-/// A height map, interpolated linearly between the centres of its pixels.
+/// A height map, interpolated linearly between the centres of its pixels; where they differ by more
+/// than four pixels, or one has no tip, a wall stands at the border between them.
 [[nodiscard]] TipHeight map_height(const HeightMap& map);
 
 /// The tip turned counterclockwise by `orientation_deg`, then tilted so that it rises by tan(tilt)
@@ -44,8 +41,10 @@ struct FlatRectangle {
 [[nodiscard]] TipHeight above_finger(TipHeight tip, double radius_along_mm, double radius_across_mm,
                                      const Position& apex);
 
-/// Samples a tip at the pixels of a grid and puts its lowest point at 0. Pixels in which the tip
-/// rises by more than four pixels are at a rim: their height is that of the lower part, and their
+/// A pixel in which the tip rises by more than this many pixels is at a rim.
+inline constexpr double kRimRise = 4.0;
+
+/// Samples a tip at the pixels of a grid. At a rim, the height is that of the lower part, and the
 /// coverage the part of the pixel that it covers.
 [[nodiscard]] HeightMap height_map(const TipHeight& tip, const PixelGrid& grid);
 

@@ -15,6 +15,8 @@ enum Kind : uint8_t { FORCE = 0, FORCE_X, FORCE_Y, FORCE_Z, DEPTH, X, Y, Z, TEMP
 enum Format : uint8_t { INT16 = 0, INT32 = 1, FLOAT32 = 2 };
 enum Unit : uint8_t { RAW = 0, NEWTON = 1, MILLIMETRE = 2, MICROMETRE = 3, CELSIUS = 4, KILOPASCAL = 5 };
 
+const uint16_t kEdge = 1;  // code of an EVENT: the level of a sync line changes
+
 const size_t kHeader = 8;
 const size_t kLongestBody = 244;
 const size_t kLongestName = 64;  // longer names are truncated

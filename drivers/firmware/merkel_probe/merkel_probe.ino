@@ -6,6 +6,7 @@
 // multiples of 8; 500000 is exact.)
 
 #include "hbf1.h"
+#include "pulses.h"
 
 static const char* serial_number = "PROBE-001";
 static const char* firmware = "merkel_probe 2";
@@ -41,8 +42,45 @@ static uint32_t next_us = 0;
 static uint32_t last_hello_ms = 0;
 static float zeros[kChannels];  // of the forces, by a tare
 
+// Sync lines. The board makes irregular pulses on SYNC_OUT while it streams: connect it, and ground, to a
+// digital input of every other recorder. Or connect the pulses of another recorder to SYNC_IN. The
+// board reports each edge with its own time: line 1 is SYNC_OUT, line 2 is SYNC_IN.
+const uint8_t SYNC_OUT = 4;
+const uint8_t SYNC_IN = 2;  // with an interrupt
+static hbf1::Pulses pulses(1);
+static uint32_t pulse_us = 0;  // the next edge
+static volatile uint32_t heard_us[8];  // the last edges of SYNC_IN
+static volatile bool heard_high[8];
+static volatile uint8_t heard = 0;
+static uint8_t reported = 0;
+
+static void hear_edge() {
+  heard_us[heard % 8] = micros();
+  heard_high[heard % 8] = digitalRead(SYNC_IN);
+  heard = heard + 1;
+}
+
 static void send(hbf1::Type type, uint32_t time_us, const void* body, size_t length) {
   Serial.write(wire, encoder.frame(type, time_us, body, length, wire));
+}
+
+static void report_edge(uint8_t line, bool high, uint32_t time_us) {
+  struct __attribute__((packed)) {
+    uint16_t code, line, level;
+  } edge = {hbf1::kEdge, line, high};
+  send(hbf1::EVENT, time_us, &edge, sizeof edge);
+}
+
+static void sync() {
+  if ((int32_t)(micros() - pulse_us) >= 0) {
+    const uint32_t length_us = pulses.next_us();
+    digitalWrite(SYNC_OUT, pulses.high());
+    const uint32_t now = micros();
+    pulse_us = now + length_us;
+    report_edge(1, pulses.high(), now);
+  }
+  if ((uint8_t)(heard - reported) > 8) reported = heard - 8;
+  for (; reported != heard; ++reported) report_edge(2, heard_high[reported % 8], heard_us[reported % 8]);
 }
 
 static void hello() {
@@ -65,10 +103,13 @@ static void obey(uint32_t heard_us) {
   switch (decoder.body[0]) {
     case hbf1::START:
       streaming = true;
-      next_us = micros();
+      next_us = pulse_us = micros();
+      pulses = hbf1::Pulses(micros() * 2654435761UL);  // other pulses in every run
+      reported = heard;
       break;
     case hbf1::STOP:
       streaming = false;
+      digitalWrite(SYNC_OUT, LOW);
       break;
     case hbf1::RATE:
       if (decoder.length == 3) memcpy(&rate_hz, decoder.body + 1, 2);
@@ -87,6 +128,9 @@ static void obey(uint32_t heard_us) {
 }
 
 void setup() {
+  pinMode(SYNC_OUT, OUTPUT);
+  pinMode(SYNC_IN, INPUT_PULLUP);
+  attachInterrupt(digitalPinToInterrupt(SYNC_IN), hear_edge, CHANGE);
   Serial.begin(500000);
   Serial.write((uint8_t)0);  // ends a partial frame on the host's side
   hello();
@@ -100,6 +144,7 @@ void loop() {
     if (millis() - last_hello_ms >= 1000) hello();
     return;
   }
+  sync();
   const uint32_t now = micros();
   if ((int32_t)(now - next_us) < 0) return;
   const uint32_t period_us = 1000000UL / rate_hz;

@@ -74,6 +74,27 @@ void ViewDesk::record(bool on) {
   recording_->request(on);
 }
 
+StimulationSwitch* ViewDesk::stimulation() const noexcept {
+  if (session_) return &session_->stimulation;
+  RunControl* const control = control_.load();
+  return control != nullptr ? &control->stimulation() : nullptr;
+}
+
+bool ViewDesk::stopped() const noexcept {
+  const StimulationSwitch* const of_run = stimulation();
+  return of_run != nullptr && of_run->stopped() != StimulationSwitch::By::kNone;
+}
+
+void ViewDesk::set_stimulation(bool on) {
+  StimulationSwitch* const of_run = stimulation();
+  if (of_run == nullptr) return notice("stimulation has not begun: no run is active");
+  if (on) {
+    of_run->start();
+  } else {
+    of_run->stop(StimulationSwitch::By::kPage);
+  }
+}
+
 void ViewDesk::carry_out(const ViewRequest& request) {
   using Kind = ViewRequest::Kind;
   switch (request.kind) {
@@ -86,6 +107,9 @@ void ViewDesk::carry_out(const ViewRequest& request) {
     case Kind::kRecordStart:
     case Kind::kRecordStop:
       return record(request.kind == Kind::kRecordStart);
+    case Kind::kStop:
+    case Kind::kStart:
+      return set_stimulation(request.kind == Kind::kStart);
     case Kind::kSeek:
       if (session_) session_->seek_s.store(request.time_s);
       return;

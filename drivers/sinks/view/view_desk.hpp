@@ -33,6 +33,8 @@ class ViewDesk {
   /// Messages for the users of the pages.
   [[nodiscard]] std::vector<std::string> take_notices();
   [[nodiscard]] bool recording() const noexcept { return recording_ && recording_->recording(); }
+  /// Whether stimulation is stopped by hand.
+  [[nodiscard]] bool stopped() const noexcept;
   [[nodiscard]] RunControl* control() const noexcept { return control_.load(); }
   [[nodiscard]] SessionPosition* session() const noexcept { return session_.get(); }
 
@@ -41,6 +43,9 @@ class ViewDesk {
   void tare(std::uint32_t probe);
   void mark(std::string label);
   void record(bool on);
+  /// Null if there is no run yet.
+  [[nodiscard]] StimulationSwitch* stimulation() const noexcept;
+  void set_stimulation(bool on);
   void notice(std::string sentence);
 
   std::shared_ptr<RecordingSwitch> recording_;

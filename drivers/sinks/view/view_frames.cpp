@@ -46,7 +46,7 @@ ViewFrames::ViewFrames(const SinkSetup& setup)
   if (setup.session) start_ = setup.session->start;
   for (const Indenter& indenter : setup.run.model.indenters) {
     Probe& probe = probes_.emplace_back();
-    probe.taxels.resize(indenter.prescribed() ? indenter.taxels.size() : 0);
+    probe.taxels.resize(indenter.taxels() != nullptr ? indenter.taxels()->size() : 0);
     if (!setup.session) continue;
     const SkinParameters& skin = setup.run.model.skin;
     if (indenter.surface.slides) {
@@ -63,12 +63,13 @@ double ViewFrames::since_start_s(nanoseconds time) const {
 
 void ViewFrames::add(const RecordBatch& batch) {
   for (const SpikeEvent& spike : batch.spikes) add(spike);
-  for (const StimulationCommand& command : batch.commands) add(command);
+  for (const SentCommand& sent : batch.sent) add(sent.command);
   for (const TaxelBlock& block : batch.taxels) add(block);
   for (const TickRecord& tick : batch.ticks) add(tick);
   for (const LoopEvent& event : batch.events) add(event);
   for (const NeuronSample& sample : batch.neurons) add(sample);
   for (const Mark& mark : batch.marks) add(mark);
+  for (const SyncEdge& edge : batch.edges) add(edge);
   if (!batch.status.empty()) status_ = batch.status.back();
 }
 
@@ -94,6 +95,8 @@ void ViewFrames::add(const TickRecord& tick) {
   }
   probe.gauge_depth_mm = tick.contact.depth_mm;
   probe.state = tick.state;
+  probe.touches = touches(tick);
+  probe.zero_uncertain = (tick.doubts & ProbeSample::kZeroUncertain) != 0U;
   probe.worst = std::max(probe.worst, tick.state);
   newest_ = tick.time;
   if (tick.probe + 1 != probes_.size()) return;
@@ -137,6 +140,12 @@ void ViewFrames::add(const LoopEvent& event) {
 void ViewFrames::add(const Mark& mark) {
   if (!origin_) return;
   add_news({{"kind", "mark"}, {"t", since_start_s(mark.time)}, {"label", mark.label}});
+}
+
+/// A pulse, by its begin.
+void ViewFrames::add(const SyncEdge& edge) {
+  if (!origin_ || edge.level == 0) return;
+  add_news({{"kind", "sync"}, {"t", since_start_s(edge.time)}, {"line", edge.line}});
 }
 
 void ViewFrames::add(const NeuronSample& sample) {
@@ -237,7 +246,8 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
     append_float(bytes, probe.gauge_depth_mm);
-    append_raw(bytes, static_cast<std::uint32_t>(probe.state) |
+    append_raw(bytes, static_cast<std::uint32_t>(probe.state) | (probe.zero_uncertain ? 64U : 0U) |
+                          (probe.touches ? 128U : 0U) |
                           static_cast<std::uint32_t>(probe.link) << 8U);
     append_count(bytes, probe.taxels.size());
     for (const float pressure : probe.taxels) append_raw(bytes, pressure);

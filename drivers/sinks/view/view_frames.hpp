@@ -27,8 +27,9 @@ namespace merkel {
 ///   f64 from_s, to_s: the time span of the frame, from the start ·
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, gauge_depth_mm
-///     (as the probe measured it; 0: it does not), u32 state (TickRecord::State in the low byte,
-///     RunControl::Link above it), u32 taxels · f32×taxels kPa ·
+///     (as the probe measured it; 0: it does not), u32 state (bits 0 and 1: TickRecord::State, 6:
+///     zero uncertain, 7: touches; RunControl::Link above the low byte), u32 taxels · f32×taxels
+///     kPa ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
 ///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
@@ -48,6 +49,7 @@ class ViewFrames {
     kDiscard = 1U << 1U,    ///< time has jumped: discard earlier data
     kRecording = 1U << 2U,  ///< a session is being recorded on request
     kStill = 1U << 3U,      ///< a paused replay
+    kStopped = 1U << 4U,    ///< stimulation is stopped by hand
   };
 
   explicit ViewFrames(const SinkSetup& setup);
@@ -73,6 +75,8 @@ class ViewFrames {
     double gauge_depth_mm = 0.0;
     TickRecord::State state = TickRecord::State::kFollowing;
     TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
+    bool touches = false;
+    bool zero_uncertain = false;
     RunControl::Link link = RunControl::Link::kRecording;
   };
   struct Spike {
@@ -102,6 +106,7 @@ class ViewFrames {
   void add(const LoopEvent& event);
   void add(const NeuronSample& sample);
   void add(const Mark& mark);
+  void add(const SyncEdge& edge);
   void add_point(std::chrono::nanoseconds time);
   void add_news(const nlohmann::json& event);
   [[nodiscard]] double since_start_s(std::chrono::nanoseconds time) const;

@@ -66,6 +66,8 @@ std::optional<ViewRequest> ViewRequest::parse(std::string_view text) {
     if (!time_s || !(*time_s >= 0.0 && *time_s <= kLongestSession_s)) return std::nullopt;
     return ViewRequest{.kind = Kind::kSeek, .time_s = *time_s};
   }
+  if (verb == "stop" && word.empty()) return ViewRequest{.kind = Kind::kStop};
+  if (verb == "start" && word.empty()) return ViewRequest{.kind = Kind::kStart};
   if (verb == "pause" && word.empty()) return ViewRequest{.kind = Kind::kPause};
   if (verb == "play" && word.empty()) return ViewRequest{.kind = Kind::kPlay};
   return std::nullopt;

@@ -15,10 +15,22 @@ namespace merkel {
 ///   tare PROBE | all        tare a probe, or all of them; probes count from 0
 ///   mark LABEL              mark this instant with a label of at most kLongestLabel bytes
 ///   record start | stop     record a session
+///   stop | start            stop stimulation; start it again
 ///   seek SECONDS            replay only: go to a time
 ///   pause | play            replay only: pause; continue
 struct ViewRequest {
-  enum class Kind { kWatch, kTare, kMark, kRecordStart, kRecordStop, kSeek, kPause, kPlay };
+  enum class Kind {
+    kWatch,
+    kTare,
+    kMark,
+    kRecordStart,
+    kRecordStop,
+    kStop,
+    kStart,
+    kSeek,
+    kPause,
+    kPlay
+  };
   static constexpr std::size_t kMostWatched = 4;
   static constexpr std::size_t kLongestLabel = 200;
   static constexpr std::uint32_t kAllProbes = UINT32_MAX;
@@ -29,10 +41,11 @@ struct ViewRequest {
   double time_s = 0.0;
   std::string label = {};
 
-  /// True for requests that change a run or its recording; they need the token.
+  /// True for requests that change a run or its recording; they need the token. Stopping needs
+  /// none: it must always work.
   [[nodiscard]] bool steers() const noexcept {
     return kind == Kind::kTare || kind == Kind::kMark || kind == Kind::kRecordStart ||
-           kind == Kind::kRecordStop;
+           kind == Kind::kRecordStop || kind == Kind::kStart;
   }
 
   /// Empty if the text is not one of the above. Accepts any bytes.

@@ -67,21 +67,17 @@ Json json_of(const TaxelArray& array, double orientation_deg) {
 Json json_of(const Indenter& indenter) {
   const bool force = indenter.control == Indenter::Control::kForce;
   Json json = {{"patch", indenter.patch}, {"control", force ? "force" : "depth"}};
-  json["tip"] = Indenter::name_of(indenter.tip);
-  switch (indenter.tip) {
-    case Indenter::Tip::kSphere:
-      json["radius_mm"] = indenter.radius_mm;
-      break;
-    case Indenter::Tip::kBars:
-      json.update({{"bar_length_mm", indenter.bars.length_mm},
-                   {"bar_widths_mm", indenter.bars.widths_mm},
-                   {"bar_gaps_mm", indenter.bars.gaps_mm}});
-      break;
-    case Indenter::Tip::kTaxels:
-      json["taxels"] = json_of(indenter.taxels, indenter.shape.orientation_deg);
-      break;
-    default:
-      json["diameter_mm"] = across_mm(indenter);
+  json["tip"] = indenter.tip_name();
+  if (const SphereTip* const sphere = indenter.sphere()) {
+    json["radius_mm"] = sphere->radius_mm;
+  } else if (const auto* const bars = std::get_if<BarTip>(&indenter.tip)) {
+    json.update({{"bar_length_mm", bars->length_mm},
+                 {"bar_widths_mm", bars->widths_mm},
+                 {"bar_gaps_mm", bars->gaps_mm}});
+  } else if (indenter.taxels() != nullptr) {
+    json["taxels"] = json_of(*indenter.taxels(), indenter.orientation_deg);
+  } else {
+    json["diameter_mm"] = across_mm(indenter);
   }
   return json;
 }
@@ -120,7 +116,7 @@ Json json_of(const RunDescription& run) {
                                   {"amplitude_uA", electrode.amplitude_uA},
                                   {"frequency_Hz", electrode.frequency_Hz}});
   }
-  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kStale;
+  for (auto stop = StimulationCommand::Stop::kNone; stop <= StimulationCommand::Stop::kLast;
        stop = static_cast<StimulationCommand::Stop>(static_cast<int>(stop) + 1)) {
     json["stops"].push_back(name_of(stop));
   }

@@ -32,10 +32,9 @@ class ViewSink final : public Sink {
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample,
-                  Mark, RunStatus>;
+    return kKinds<SpikeEvent, SentCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample, Mark,
+                  SyncEdge, RunStatus>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { desk_->attach(control); }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
@@ -79,6 +78,7 @@ class ViewSink final : public Sink {
     for (const std::string& sentence : desk_->take_notices()) frames_.add_notice(sentence);
     if (desk_->recording()) flags |= ViewFrames::kRecording;
     if (desk_->session() != nullptr && desk_->session()->paused) flags |= ViewFrames::kStill;
+    if (desk_->stopped()) flags |= ViewFrames::kStopped;
     const bool first = std::exchange(forget_, false);
     if (first) flags |= ViewFrames::kDiscard;
     if (const RunControl* const control = desk_->control()) frames_.set_links(*control);

@@ -7,6 +7,7 @@
 
 #include "core/math/random.hpp"
 #include "core/skin/point_load.hpp"
+#include "tests/sweep.hpp"
 #include "tools/studies/reference/superposition.hpp"
 
 namespace merkel {
@@ -40,7 +41,7 @@ TEST(HuberStress, EqualsTheSuperpositionOfPointLoadsEverywhere) {
     const double z = std::exp(random.uniform(std::log(1e-9), std::log(30.0)));
     const double nu = std::array{0.0, 0.3, 0.48, 0.5}[static_cast<std::size_t>(k % 4)];
     const double from_rim = std::hypot(r - kA, z);
-    if (from_rim < 0.05) continue;
+    if (from_rim < 0.05 || !in_sweep(static_cast<std::size_t>(k), 11)) continue;
     EXPECT_LE(
         difference(huber_stress(disc(), nu, r, z), reference::superposed_stress(kP0, kA, nu, r, z)),
         1e-10)

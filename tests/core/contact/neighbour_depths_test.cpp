@@ -45,8 +45,7 @@ TEST(NeighbourDepths, AShallowTipLosesContact) {
 
 TEST(NeighbourDepths, HandlesMixedTipsAndManyContacts) {
   const TipContact sphere(Indenter{}, {});
-  const TipContact pin(
-      Indenter{.tip = Indenter::Tip::kPin, .bars = {}, .pin = {.diameter_mm = 1.0}}, {});
+  const TipContact pin(Indenter{.tip = PinTip{.diameter_mm = 1.0}}, {});
   auto presses = row_of(7, 3.0, sphere);
   presses[3].tip = &pin;
   presses[3].press = pin.press(presses[3].input);

@@ -15,7 +15,6 @@
 namespace merkel {
 namespace {
 
-using Tip = Indenter::Tip;
 using std::chrono::milliseconds;
 
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
@@ -25,22 +24,18 @@ SkinParameters finger(double along_mm = 14.0) {
   return {.radius_mm = 7.0, .radius_along_mm = along_mm, .apex = kApex};
 }
 
-Indenter plate() {
-  return {.tip = Tip::kSphere, .radius_mm = kUnbounded, .surface = {.slides = true}};
-}
+Indenter plate() { return {.tip = SphereTip{kUnbounded}, .surface = {.slides = true}}; }
 
 /// Dots of 1 mm with rounded rims, 3.2 mm apart, raised by 0.5 mm.
 Indenter dots() {
-  return {.tip = Tip::kDots,
-          .pin = {.diameter_mm = 1.0},
-          .shape = {.dots = {{0.0, 0.0}}, .edge_radius_mm = 0.2},
+  return {.tip = DotsTip{.centres = {{0.0, 0.0}}, .diameter_mm = 1.0, .edge_radius_mm = 0.2},
           .surface = {.slides = true, .relief_mm = 0.5, .period_x_mm = 3.2, .period_y_mm = 3.2}};
 }
 
 /// One dot without a base.
 Indenter dot(double edge_radius_mm) {
   Indenter one = dots();
-  one.shape.edge_radius_mm = edge_radius_mm;
+  std::get<DotsTip>(one.tip).edge_radius_mm = edge_radius_mm;
   one.surface = {.slides = true};
   return one;
 }
@@ -71,12 +66,13 @@ struct Reference {
     for (double y = -0.6; y <= 0.6; y += 0.005) {
       for (double x = -0.6; x <= 0.6; x += 0.005) lowest = std::min(lowest, tip(x, y));
     }
-    press = press_tables({.gap = tip,
+    press = press_tables({.gap = [=](double x, double y) { return tip(x, y) - lowest; },
                           .half_width_mm = 0.55,
                           .half_length_mm = 0.55,
                           .feature_mm = 0.5,
-                          .deepest_mm = depth_mm - lowest - sag},
-                         LayeredMedium(skin), skin.receptor_depth_mm, 1);
+                          .deepest_mm = depth_mm - lowest - sag,
+                          .proportional = true},
+                         LayeredMedium(skin), skin.receptor_depth_mm);
   }
   [[nodiscard]] double force_mN() const {
     return press.tables.back().force_mN_per_mm * press.tables.back().depth_mm;
@@ -241,6 +237,31 @@ TEST(SlidingContact, WhileItSlidesItIsTheContactAtRestOneLatencyAgo) {
   EXPECT_LT(static_cast<double>(moving.report().poor),
             0.1 * static_cast<double>(moving.report().solutions));
   EXPECT_GE(1000 / moving.plan().ticks, 250);
+}
+
+TEST(SlidingContact, ItsMovementTellsTheErrorOfFastSlides) {
+  const SkinParameters skin = finger();
+  for (const double speed_mm_per_tick : {0.16, 0.32}) {
+    SlidingContact moving = sliding(dots(), skin);
+    SlidingContact still = sliding(dots(), skin);
+    const auto place = [&](int tick) { return at_apex(0.8, speed_mm_per_tick * tick, 0.3); };
+    double largest = 0.0;
+    double error = 0.0;
+    for (int tick = 0; tick < 60; ++tick) {
+      moving.take(place(tick));
+      moving.work();
+      if (tick < 24 || tick % 5 != 0) continue;
+      still.settle(place(tick - moving.plan().latency()));
+      for (double x = -4.0; x <= 4.0; x += 0.31) {
+        const double wanted = energy(still.at(x, 0.2).stress, skin);
+        largest = std::max(largest, wanted);
+        error = std::max(error, std::fabs(energy(moving.at(x, 0.2).stress, skin) - wanted));
+      }
+    }
+    EXPECT_NEAR(moving.report().farthest_mm, speed_mm_per_tick * moving.plan().ticks, 1e-9);
+    EXPECT_LT(error / largest, 1.2 * moving.movement_error()) << speed_mm_per_tick;
+    EXPECT_GT(error / largest, 0.3 * moving.movement_error()) << speed_mm_per_tick;
+  }
 }
 
 TEST(SlidingContact, RepeatsAfterAPeriod) {

@@ -268,7 +268,7 @@ TEST(TaxelField, NoiseAndPullsDoNotPress) {
 }
 
 std::string fault_of(const TaxelArray& array, const SkinParameters& skin = {}) {
-  const Indenter indenter{.tip = Indenter::Tip::kTaxels, .taxels = array};
+  const Indenter indenter{.tip = array};
   const auto checked = indenter.check(skin);
   return checked ? "" : checked.error().key + " " + checked.error().reason;
 }

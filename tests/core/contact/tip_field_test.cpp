@@ -21,14 +21,11 @@
 namespace merkel {
 namespace {
 
-using Tip = Indenter::Tip;
-
 constexpr double kFlat = std::numeric_limits<double>::infinity();
 
-Indenter pin(double diameter_mm) { return {.tip = Tip::kPin, .pin = {.diameter_mm = diameter_mm}}; }
+Indenter pin(double diameter_mm) { return {.tip = PinTip{.diameter_mm = diameter_mm}}; }
 Indenter bar(double width_mm, double length_mm) {
-  return {.tip = Tip::kBars,
-          .bars = {.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm}};
+  return {.tip = BarTip{.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm}};
 }
 
 double energy(const CartesianStress& stress, const SkinParameters& skin) {
@@ -78,7 +75,7 @@ TEST(TipField, FlatTipsOnAFingerAgreeWithBoundaryElements) {
         Case{bar(3.0, 20.0), 3.0, 20.0, 0.3, 14.0, 0.04},
         Case{bar(3.0, 20.0), 3.0, 20.0, 1.5, 14.0, 0.04}}) {
     const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = c.along_mm};
-    const bool round = c.tip.tip == Tip::kPin;
+    const bool round = std::holds_alternative<PinTip>(c.tip.tip);
     const reference::FlatTipBoundaryElements elements(
         {.reduced_modulus_kPa = SkinMaterial(skin).reduced_modulus_kPa(),
          .poisson_ratio = skin.poisson_ratio,
@@ -105,9 +102,9 @@ TEST(TipField, FlatTipsOnAFingerAgreeWithBoundaryElements) {
 
 TEST(TipField, BetweenItsTablesItIsTheSolutionAtThatDepth) {
   const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0};
-  Indenter dots{.tip = Tip::kDots, .pin = {.diameter_mm = 0.8}};
-  dots.shape.dots = {{-1.2, 0.0}, {1.2, 0.0}, {1.2, 2.4}};
-  dots.shape.edge_radius_mm = 0.1;
+  const Indenter dots{.tip = DotsTip{.centres = {{-1.2, 0.0}, {1.2, 0.0}, {1.2, 2.4}},
+                                     .diameter_mm = 0.8,
+                                     .edge_radius_mm = 0.1}};
   for (const Indenter& tip : {pin(6.35), bar(1.0, 20.0), dots}) {
     const TipField field(tip, skin);
     for (const double depth : {0.11, 0.52, 1.17, 2.9}) {
@@ -151,7 +148,7 @@ TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
   for (const auto& [radius, across, along] :
        {std::tuple{0.5, 5.0, 10.0}, {2.0, 5.0, 10.0}, {kFlat, 5.0, 10.0}, {kFlat, 14.0, 7.0}}) {
     const SkinParameters skin{.radius_mm = across, .radius_along_mm = along};
-    const TipField field({.radius_mm = radius}, skin);
+    const TipField field({.tip = SphereTip{radius}}, skin);
     const SphereLaw law(skin, radius);
     for (const double depth : {0.01, 0.06, 0.23, 0.5, 0.9, 1.4, 2.3}) {
       EXPECT_NEAR(field.force_mN(depth) / law.at_depth(depth).force_mN, 1.0, 1e-6);
@@ -176,13 +173,13 @@ TEST(TipField, EllipticHertzIsTheSolvedContact) {
   for (const double radius : {2.0, kFlat}) {
     SkinParameters skin{.radius_mm = 5.0, .radius_along_mm = 10.0};
     const double modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa();
-    const TipField hertz({.radius_mm = radius}, skin, 1.0);
+    const TipField hertz({.tip = SphereTip{radius}}, skin, 1.0);
     skin.layers.count = 1;
     skin.layers.layer[0] = {.thickness_mm = 4.0,
                             .youngs_modulus_kPa = modulus_kPa,
                             .poisson_ratio = skin.poisson_ratio};
     skin.bone = false;
-    const TipField solved({.radius_mm = radius}, skin, 1.0);
+    const TipField solved({.tip = SphereTip{radius}}, skin, 1.0);
     EXPECT_NEAR(solved.force_mN(1.0) / hertz.force_mN(1.0), 1.0, 0.005);
     const double peak = hertz.largest_energy_kPa(1.0);
     for (double x = -5.0; x < 5.0; x += 0.37) {
@@ -219,9 +216,9 @@ TEST(TipField, FarAwayTheTipIsAPointLoad) {
 
 TEST(TipField, ATurnedTipIsTheSameTipTurned) {
   const SkinParameters skin;
-  Indenter edge{.tip = Tip::kEdge};
+  Indenter edge{.tip = EdgeTip{}};
   const TipField straight(edge, skin);
-  edge.shape.orientation_deg = 30.0;
+  edge.orientation_deg = 30.0;
   const TipField turned(edge, skin);
   EXPECT_NEAR(turned.force_mN(1.0) / straight.force_mN(1.0), 1.0, 0.01);
   const double c = std::sqrt(0.75);
@@ -235,7 +232,7 @@ TEST(TipField, ATurnedTipIsTheSameTipTurned) {
 
 TEST(TipField, ATiltedPinPressesOnItsLowerSide) {
   Indenter tilted = pin(2.0);
-  tilted.shape.tilt_deg = 10.0;
+  tilted.tilt_deg = 10.0;
   const TipField field(tilted, {});
   EXPECT_GT(energy(field.at(-0.9, 0.0, 0.2).stress, {}),
             2.0 * energy(field.at(0.9, 0.0, 0.2).stress, {}));
@@ -275,7 +272,7 @@ TEST(TipField, ASphereOnLayersOnBoneAgreesWithFiniteElements) {
                                 {.thickness_mm = 4.0 - c.upper_mm, .youngs_modulus_kPa = modulus}}},
                      .count = 2}};
     }
-    const TipField field({.radius_mm = c.radius_mm}, skin, c.depth_mm);
+    const TipField field({.tip = SphereTip{c.radius_mm}}, skin, c.depth_mm);
     const reference::LayerFiniteElements elements({.youngs_modulus_kPa = modulus,
                                                    .poisson_ratio = skin.poisson_ratio,
                                                    .thickness_mm = 4.0,
@@ -301,14 +298,14 @@ TEST(TipField, TwoEqualLayersAreOne) {
                            {.thickness_mm = 3.0, .youngs_modulus_kPa = 100.0}}},
                 .count = 2};
   const SkinParameters one{.epidermis_kPa = 100.0, .dermis_kPa = 100.0, .thickness_mm = 4.0};
-  const TipField layers({.radius_mm = 3.0}, two, 0.7);
-  const TipField layer({.radius_mm = 3.0}, one, 0.7);
+  const TipField layers({.tip = SphereTip{3.0}}, two, 0.7);
+  const TipField layer({.tip = SphereTip{3.0}}, one, 0.7);
   EXPECT_NEAR(layers.force_mN(0.7) / layer.force_mN(0.7), 1.0, 1e-3);
   const double peak = energy(layer.at(0.0, 0.0, 0.7).stress, one);
   EXPECT_NEAR(energy(layers.at(0.0, 0.0, 0.7).stress, two) / peak, 1.0, 2e-3);
   // The half-space's energy density is too low by 42 % on the axis of a wider sphere.
   const SkinParameters skin{.thickness_mm = 4.0};
-  const TipField wide({.radius_mm = 5.0}, skin, 1.0);
+  const TipField wide({.tip = SphereTip{5.0}}, skin, 1.0);
   const double force_mN = wide.force_mN(1.0);
   const double a = std::sqrt(5.0) *
                    reference::BondedLayer(skin.poisson_ratio).factors(std::sqrt(5.0) / 4.0).radius;
@@ -327,35 +324,31 @@ TEST(TipField, EveryTipIsStifferWhenDeeper) {
                 .height_mm = std::vector<double>(21 * 15, 0.5),
                 .coverage = {}};
   for (std::size_t row = 4; row < 11; ++row) map.height_mm[row * 21 + 10] = 0.0;
-  for (const Tip kind : {Tip::kBars, Tip::kPin, Tip::kEdge, Tip::kWedge, Tip::kCone, Tip::kCylinder,
-                         Tip::kDots, Tip::kShape}) {
-    Indenter tip{.tip = kind};
-    tip.shape.dots = {{0.0, 0.0}, {2.5, 0.0}};
-    tip.shape.width_mm = 2.0;
-    tip.shape.pixel_mm = 0.2;
-    tip.shape.map = std::make_shared<HeightMap>(map);
+  for (const Tip& kind :
+       {Tip{BarTip{}}, Tip{PinTip{}}, Tip{EdgeTip{.width_mm = 2.0}}, Tip{WedgeTip{.width_mm = 2.0}},
+        Tip{ConeTip{}}, Tip{CylinderTip{}}, Tip{DotsTip{.centres = {{0.0, 0.0}, {2.5, 0.0}}}},
+        Tip{ShapeTip{.pixel_mm = 0.2, .map = std::make_shared<HeightMap>(map)}}}) {
+    const Indenter tip{.tip = kind};
     ASSERT_TRUE(tip.check(skin)) << tip.check(skin).error().reason;
     const TipField field(tip, skin);
-    EXPECT_LT(field.tables().error, 1e-3) << Indenter::name_of(kind);
+    EXPECT_LT(field.tables().error, 1e-3) << tip.tip_name();
     double before = 0.0;
     for (double depth = 0.05; depth < 6.0; depth += 0.05) {
       const double stiffness = field.force_mN(depth) / depth;
-      EXPECT_GE(stiffness, 0.999 * before) << Indenter::name_of(kind) << " " << depth;
+      EXPECT_GE(stiffness, 0.999 * before) << tip.tip_name() << " " << depth;
       before = stiffness;
     }
   }
 }
 
 TEST(BarTip, RefusesOverlappingBarsAndEmptyRows) {
-  EXPECT_EQ((BarTip{.widths_mm = {}, .gaps_mm = {}}.check().error().key), "probe.bar_widths_mm");
-  EXPECT_EQ((BarTip{.widths_mm = {5.0, -1.0}, .gaps_mm = {1.0}}.check().error().key),
-            "probe.bar_widths_mm");
-  EXPECT_NE(
-      (BarTip{.widths_mm = {5.0, 5.0}, .gaps_mm = {-1.0}}.check().error().reason).find("overlap"),
-      std::string::npos);
-  EXPECT_EQ((BarTip{.widths_mm = {5.0, 5.0}, .gaps_mm = {}}.check().error().key),
-            "probe.bar_gaps_mm");
-  EXPECT_TRUE(BarTip{}.check());
+  const auto error = [](const BarTip& bars) { return Indenter{.tip = bars}.check({}).error(); };
+  EXPECT_EQ(error({.widths_mm = {}, .gaps_mm = {}}).key, "probe.bar_widths_mm");
+  EXPECT_EQ(error({.widths_mm = {5.0, -1.0}, .gaps_mm = {1.0}}).key, "probe.bar_widths_mm");
+  EXPECT_NE(error({.widths_mm = {5.0, 5.0}, .gaps_mm = {-1.0}}).reason.find("overlap"),
+            std::string::npos);
+  EXPECT_EQ(error({.widths_mm = {5.0, 5.0}, .gaps_mm = {}}).key, "probe.bar_gaps_mm");
+  EXPECT_TRUE(Indenter{.tip = BarTip{}}.check({}));
 }
 
 TEST(Indenter, RefusesTipsThatCannotBeSolved) {
@@ -363,16 +356,15 @@ TEST(Indenter, RefusesTipsThatCannotBeSolved) {
     const auto checked = tip.check(skin);
     return checked ? std::string() : checked.error().key;
   };
-  EXPECT_EQ(key({.tip = Tip::kDots}), "probe.dots_mm");
-  EXPECT_EQ(key({.tip = Tip::kShape}), "probe.pixel_mm");
-  EXPECT_EQ(key({.tip = Tip::kShape, .shape = {.pixel_mm = 0.1}}), "probe.shape");
-  EXPECT_EQ(key({.tip = Tip::kEdge, .shape = {.edge_radius_mm = 0.4}}), "probe.edge_radius_mm");
-  EXPECT_EQ(key({.tip = Tip::kPin}, {.contact_law = ContactLaw::kSneddon}), "skin.contact_law");
+  EXPECT_EQ(key({.tip = DotsTip{}}), "probe.dots_mm");
+  EXPECT_EQ(key({.tip = ShapeTip{}}), "probe.pixel_mm");
+  EXPECT_EQ(key({.tip = ShapeTip{.pixel_mm = 0.1}}), "probe.shape");
+  EXPECT_EQ(key({.tip = EdgeTip{.edge_radius_mm = 0.4}}), "probe.edge_radius_mm");
+  EXPECT_EQ(key({.tip = PinTip{}}, {.contact_law = ContactLaw::kSneddon}), "skin.contact_law");
   // A bar of 0.01 mm beside one of 80 mm.
-  EXPECT_EQ(key({.tip = Tip::kBars,
-                 .bars = {.widths_mm = {80.0, 0.01}, .gaps_mm = {1.0}, .length_mm = 80.0}}),
+  EXPECT_EQ(key({.tip = BarTip{.widths_mm = {80.0, 0.01}, .gaps_mm = {1.0}, .length_mm = 80.0}}),
             "probe.bar_widths_mm");
-  EXPECT_EQ(key({.tip = Tip::kPin}), "");
+  EXPECT_EQ(key({.tip = PinTip{}}), "");
 }
 
 }  // namespace

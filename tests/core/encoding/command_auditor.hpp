@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <deque>
 #include <map>
 #include <optional>
 #include <span>
@@ -43,6 +44,7 @@ class CommandAuditor {
     }
     // Check the sums at the end of the tick: all trains change at one instant.
     if (!commands.empty()) check_sums(commands);
+    tick_ = std::max(tick_, last);
   }
 
   /// Empty, or the limit that the first bad command exceeded.
@@ -101,9 +103,34 @@ class CommandAuditor {
                           1e9 * (1.0 - 1e-12)) {
       fail(command, "comes too soon after the pulse before it");
     }
+    check_group(command);
     line.pulse = line.level_time = command.time;
     line.pulse_uA = line.level_uA = command.amplitude_uA;
     check_instant(command);
+  }
+
+  /// Two electrodes of a group never pulse together, and their charge in any second is limited.
+  void check_group(const StimulationCommand& command) {
+    const auto& limit = electrodes_[command.electrode];
+    if (limit.group == StimulationLimiter::kNoGroup) return;
+    std::deque<StimulationCommand>& recent = recent_[limit.group];
+    if (!recent.empty()) {
+      const StimulationCommand& last = recent.back();
+      if (command.time - last.time < electrodes_[last.electrode].pulse) {
+        fail(command, "overlaps a pulse of its group");
+      }
+      if (last.time > tick_) fail(command, "is in the same tick as a pulse of its group");
+    }
+    recent.push_back(command);
+    double charge_nC = 0.0;
+    for (const StimulationCommand& each : recent) {
+      if (command.time - each.time >= std::chrono::seconds{1}) continue;
+      charge_nC +=
+          each.amplitude_uA * static_cast<double>(electrodes_[each.electrode].phase.count()) * 1e-6;
+    }
+    if (charge_nC > limits_.groups[limit.group].max_charge_nC_per_s * (1.0 + 1e-9)) {
+      fail(command, "is above the charge of its group");
+    }
   }
 
   void take_update(const StimulationCommand& command) {
@@ -122,7 +149,7 @@ class CommandAuditor {
     std::size_t active = 0;
     for (std::size_t e = 0; e < lines_.size(); ++e) {
       const Line& line = lines_[e];
-      const bool pulsing = line.pulse && *line.pulse + 2 * electrodes_[e].phase > command.time;
+      const bool pulsing = line.pulse && *line.pulse + electrodes_[e].pulse > command.time;
       const double flows_uA = line.train_uA + (pulsing ? line.pulse_uA : 0.0);
       total_uA += flows_uA;
       if (flows_uA > 0.0) ++active;
@@ -155,7 +182,9 @@ class CommandAuditor {
   StimulationLimiter::Limits limits_;
   std::vector<StimulationLimiter::OfElectrode> electrodes_;
   std::vector<Line> lines_;
-  std::vector<double> trains_before_;  ///< during the current tick
+  std::map<std::size_t, std::deque<StimulationCommand>> recent_;  ///< pulses, by group
+  Nanoseconds tick_ = Nanoseconds::min();  ///< of the last command of earlier ticks
+  std::vector<double> trains_before_;      ///< during the current tick
   double most_total_uA_ = 0.0;
   std::string fault_;
 };

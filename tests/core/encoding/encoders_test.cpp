@@ -45,7 +45,7 @@ TEST(Okorokova, GivesTheHandComputedValues) {
 
 TEST(Okorokova, LooksBack33msAtAnyTick) {
   for (const int tick_us : {250, 1000, 3000}) {
-    DepthHistory history{microseconds{tick_us}};
+    TouchHistory history{microseconds{tick_us}};
     history.reset(0.0);
     const auto depth_at = [](double t_ms) { return 1.0 + 0.01 * t_ms; };
     for (int k = 1; k * tick_us <= 150'000; ++k) history.push(depth_at(k * tick_us * 1e-3));

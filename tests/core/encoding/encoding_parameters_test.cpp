@@ -105,6 +105,11 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
   EXPECT_EQ(fault([](auto& p) { p.electrodes.push_back(p.electrodes[0]); }),
             "electrode.name \"E1\" is used by two electrodes: give each its own name");
+  EXPECT_NE(fault([](auto& p) {
+              p.electrodes.resize(3, p.electrodes[0]);
+              p.electrodes[1].name = p.electrodes[2].name = "E2";
+            }),
+            "");
 }
 
 TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {

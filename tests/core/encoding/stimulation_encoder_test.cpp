@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "core/records/probe_sample.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
 #include "tests/core/encoding/random_encoding.hpp"
 #include "tests/core/encoding/tick_feed.hpp"
@@ -74,6 +75,34 @@ TEST_F(Pressed, ReleaseStopsItWithinTheTickUntilTheProbeIsBack) {
   for (int k = 0; k < 10; ++k) step();
   EXPECT_EQ(last_.amplitude_uA, 80.0);
   EXPECT_EQ(last_.stop, Stop::kNone);
+}
+
+TEST_F(Pressed, ADoubtSuspendsItWithItsReasonWithinTheTick) {
+  const std::pair<std::uint8_t, Stop> reasons[] = {
+      {ProbeSample::kZeroUncertain, Stop::kZeroUncertain},
+      {ProbeSample::kOutsideCalibration, Stop::kOutsideCalibration},
+      {ProbeSample::kAllDoubts, Stop::kZeroUncertain}};
+  for (const auto& [doubts, reason] : reasons) {
+    feed_.doubts = doubts;
+    const auto command = step();
+    ASSERT_TRUE(command);
+    EXPECT_EQ(command->amplitude_uA, 0.0);
+    EXPECT_EQ(command->stop, reason);
+    for (int k = 0; k < 20; ++k) step();
+    EXPECT_EQ(last_.stop, reason);
+    EXPECT_EQ(last_.amplitude_uA, 0.0);
+    feed_.doubts = 0;
+    for (int k = 0; k < 10; ++k) step();
+    EXPECT_EQ(last_.amplitude_uA, 80.0);
+    EXPECT_EQ(last_.stop, Stop::kNone);
+  }
+}
+
+TEST_F(Pressed, ASilentProbeIsReleasedAlsoIfItIsDoubted) {
+  feed_.doubts = ProbeSample::kZeroUncertain;
+  feed_.state = State::kReleased;
+  ASSERT_TRUE(step());
+  EXPECT_EQ(last_.stop, Stop::kReleased);
 }
 
 TEST_F(Pressed, AHeldSampleDoesNotStopItButAnEndedRecordingDoes) {
@@ -165,6 +194,29 @@ TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
   EXPECT_EQ(commands[1].amplitude_uA, 50.0);
 }
 
+TEST(StimulationEncoder, ADoubtedProbeSuspendsItsPatchAndNoOther) {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 0, 1};
+  auto second = electrode_at("E2", EncoderKind::kLinear, 15.0, 10.0, 3.0);
+  second.patch = 1;
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0), second}), model);
+  const Press press{.contact = {.depth_mm = 0.5, .force_mN = 500.0}, .x_mm = 15.0, .y_mm = 10.0};
+  const std::vector presses = {press, press, press};
+  // The doubt of the first probe is not lifted by the second, which presses on the same patch.
+  const std::vector<TickRecord> records = {
+      {.time = kTick, .probe = 0, .doubts = ProbeSample::kOutsideCalibration},
+      {.time = kTick, .probe = 1},
+      {.time = kTick, .probe = 2}};
+  const auto commands = encoder.step({.records = records, .presses = presses});
+  ASSERT_EQ(commands.size(), 2U);
+  EXPECT_EQ(commands[0].stop, Stop::kOutsideCalibration);
+  EXPECT_EQ(commands[0].amplitude_uA, 0.0);
+  EXPECT_EQ(commands[1].stop, Stop::kNone);
+  EXPECT_EQ(commands[1].amplitude_uA, 50.0);
+}
+
 TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
   EncodedModel model = grid_model();
   model.patch_of_probe = {0, 0};
@@ -181,6 +233,54 @@ TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
     ASSERT_EQ(commands.size(), 1U);
     EXPECT_EQ(commands[0].amplitude_uA, 0.0);
     EXPECT_EQ(encoder.clippings().invalid, 1U);
+  }
+}
+
+TEST(StimulationEncoder, ARunThatStartsInTheMiddleOfAGraspCommandsNoOnset) {
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0)}), grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = {.contact = {.depth_mm = 1.5}, .x_mm = 15.0, .y_mm = 10.0};
+  std::vector<double> amplitudes_uA;
+  for (int k = 0; k < 200; ++k) {
+    for (const auto& command : feed.step()) amplitudes_uA.push_back(command.amplitude_uA);
+  }
+  ASSERT_EQ(amplitudes_uA.size(), 20U);
+  for (const double amplitude_uA : amplitudes_uA) EXPECT_EQ(amplitude_uA, amplitudes_uA.back());
+  // A press that begins later has one.
+  feed.press.contact.depth_mm = 0.0;
+  for (int k = 0; k < 200; ++k) feed.step();
+  feed.press.contact.depth_mm = 1.5;
+  double largest_uA = 0.0;
+  for (int k = 0; k < 30; ++k) {
+    for (const auto& command : feed.step()) largest_uA = std::max(largest_uA, command.amplitude_uA);
+  }
+  EXPECT_GT(largest_uA, 1.1 * amplitudes_uA.back());
+}
+
+TEST(StimulationEncoder, TheSpikesOfAGraspThatWasThereBeforeTheRunAreNoOnset) {
+  for (const EncoderKind kind :
+       {EncoderKind::kRate, EncoderKind::kRecruited, EncoderKind::kPulsePerSpike}) {
+    for (const bool pressed : {true, false}) {
+      auto encoder = *StimulationEncoder::create(
+          encoding_of({electrode_at("E1", kind, 15.0, 10.0, 3.0)}), grid_model());
+      TickFeed feed(encoder, kTick, milliseconds{1000});
+      if (pressed) {
+        feed.press = {
+            .contact = {.depth_mm = 1.0, .contact_radius_mm = 1.0}, .x_mm = 15.0, .y_mm = 10.0};
+      }
+      double early_uA = 0.0;
+      double late_uA = 0.0;
+      for (int k = 0; k < 100; ++k) {
+        for (std::uint32_t neuron = 1; neuron <= 600; ++neuron) feed.spike(nanoseconds{1}, neuron);
+        for (const auto& command : feed.step()) {
+          double& largest_uA = k < 50 ? early_uA : late_uA;
+          largest_uA = std::max(largest_uA, command.amplitude_uA);
+        }
+      }
+      EXPECT_EQ(early_uA > 0.0, !pressed);
+      EXPECT_GT(late_uA, 0.0);
+    }
   }
 }
 
@@ -338,6 +438,66 @@ TEST(StimulationEncoder, KeepsEveryLimitAndStopsAtEveryFault) {
     on += scene.on() ? 1 : 0;
   }
   EXPECT_GT(on, 190);
+}
+
+TEST(StimulationEncoder, AnOwnDriveStaysWithinTheRangesAndTheLimits) {
+  auto parameters = encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0)});
+  parameters.stimulation.max_slope_uA_per_s = 2000.0;
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  const auto next = [&] {
+    StimulationCommand last;
+    for (int k = 0; k < 10; ++k) {
+      for (const auto& command : feed.step()) last = command;
+    }
+    return last;
+  };
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.set_drive(0, 5.0, 0.5);
+  EXPECT_DOUBLE_EQ(next().amplitude_uA, 20.0);  // 2000 µA/s for 10 ms
+  EXPECT_DOUBLE_EQ(next().amplitude_uA, 40.0);
+  next();
+  const auto strongest = next();
+  EXPECT_DOUBLE_EQ(strongest.amplitude_uA, 80.0);
+  EXPECT_DOUBLE_EQ(strongest.frequency_Hz, 100.0);
+  encoder.set_drive(0, std::nan(""), 0.5);
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  EXPECT_EQ(encoder.clippings().invalid, 1U);
+  encoder.set_drive(0, -1.0, 1.0);
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.set_drive(0, 1.0, 1.0);
+  feed.state = State::kReleased;
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  encoder.reset();
+  feed.state = State::kFollowing;
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+}
+
+TEST(StimulationEncoder, WhatTheStimulatorCannotGiveIsRoundedAway) {
+  auto parameters = encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0),
+                                 electrode_at("E2", EncoderKind::kPulsePerSpike, 15.0, 10.0, 3.0)});
+  parameters.electrodes[1].amplitude_uA = {0.0, 30.5};
+  parameters.stimulator.name = "box";
+  parameters.stimulator.amplitude_step_uA = 1.0;
+  parameters.stimulator.frequency_step_Hz = 1.0;
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  encoder.set_drive(0, 0.51, 0.5025);
+  feed.spike(nanoseconds{1}, 10 * 30 + 15);
+  const auto commands = feed.step();
+  ASSERT_EQ(commands.size(), 3U);
+  EXPECT_EQ(commands[0].amplitude_uA, 30.0);
+  EXPECT_EQ(commands[1].amplitude_uA, 50.0);   // 50.6
+  EXPECT_EQ(commands[1].frequency_Hz, 100.0);  // 100.5
+  EXPECT_EQ(encoder.rounding().rounded, 2U);
+  EXPECT_NEAR(encoder.rounding().largest_uA, 0.6, 1e-9);
+  EXPECT_NEAR(encoder.rounding().largest_Hz, 0.5, 1e-9);
+  // A pulse below the weakest amplitude is none.
+  parameters.stimulator.min_amplitude_uA = 31.0;
+  auto none = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed again(none, kTick);
+  again.spike(nanoseconds{1}, 10 * 30 + 15);
+  EXPECT_EQ(again.step().size(), 2U);
 }
 
 TEST(StimulationEncoder, IsDeterministic) {

@@ -62,9 +62,11 @@ class OneElectrode {
                                                .wall_offset = wall_offset,
                                                .delay = milliseconds{3},
                                                .last_tick = last_tick.value_or(now),
-                                               .newest = {&newest_sample, 1}});
-    return {leaving.begin(), leaving.end()};
+                                               .newest = {&newest_sample, 1},
+                                               .stopped = stopped});
+    return commands_of(leaving);
   }
+  bool stopped = false;  ///< by hand
   void jump() { gate_.jump(); }
   [[nodiscard]] const StimulationGate& gate() const { return gate_; }
 
@@ -87,6 +89,22 @@ TEST(StimulationGate, PassesCommandsThatAreOnTime) {
     EXPECT_EQ(leaving[0].heartbeat, static_cast<std::uint32_t>(k));
   }
   EXPECT_EQ(output.gate().counts().withheld, 0U);
+}
+
+TEST(StimulationGate, EachCommandSaysWhenItLeftAndUntilWhenItIsValid) {
+  StimulationGate gate(two_electrodes(0.0), kTick);
+  const std::vector<StimulationCommand> update = {
+      {.time = milliseconds{100}, .amplitude_uA = 30.0, .frequency_Hz = 50.0},
+      {.time = milliseconds{100}, .electrode = 1},
+      {.time = milliseconds{101}, .amplitude_uA = 40.0, .electrode = 1, .kind = Kind::kPulse}};
+  const auto sent = gate.pass(
+      update, {.now = milliseconds{104}, .delay = milliseconds{3}, .last_tick = milliseconds{104}});
+  ASSERT_EQ(sent.size(), 3U);
+  for (const SentCommand& each : sent) {
+    EXPECT_EQ(each.sent, milliseconds{104});
+    EXPECT_EQ(each.valid_until, milliseconds{104} + kWatchdog);
+    EXPECT_EQ(each.refused_by, 0U);
+  }
 }
 
 TEST(StimulationGate, WithholdsABacklog) {
@@ -180,6 +198,42 @@ TEST(StimulationGate, SwitchesOffFirstAfterItsOwnThreadWasStopped) {
   EXPECT_EQ(after[1].amplitude_uA, 50.0);
 }
 
+TEST(StimulationGate, AStopByHandSwitchesOffAtOnceAndHoldsUntilItIsLifted) {
+  OneElectrode output(1000.0);
+  nanoseconds now{milliseconds{1000}};
+  for (int k = 0; k < 10; ++k) output.pass(now += milliseconds{10}, 50.0);
+  output.stopped = true;
+  // Without a command of the encoder, and although the loop goes on.
+  const auto off = output.passed(now += milliseconds{1}, {});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStopped);
+  EXPECT_EQ(off[0].amplitude_uA, 0.0);
+  EXPECT_EQ(off[0].frequency_Hz, 0.0);
+  EXPECT_TRUE(output.passed(now += milliseconds{1}, {}).empty());
+  for (int k = 0; k < 10; ++k) {
+    const auto held = output.pass(now += milliseconds{10}, 50.0);
+    ASSERT_EQ(held.size(), 1U);
+    EXPECT_EQ(held[0].stop, Stop::kStopped);
+    EXPECT_EQ(held[0].amplitude_uA, 0.0);
+  }
+  EXPECT_EQ(output.gate().counts().stale, 0U);
+  output.stopped = false;
+  EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].amplitude_uA, 10.0);
+  EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].stop, Stop::kNone);
+}
+
+TEST(StimulationGate, AStopByHandHoldsFromTheFirstUpdateAndTheEndStaysTheEnd) {
+  OneElectrode output;
+  output.stopped = true;
+  EXPECT_EQ(output.pass(milliseconds{100}, 50.0)[0].stop, Stop::kStopped);
+  const auto last = output.passed(milliseconds{110}, update_at(milliseconds{108}, 0.0, Stop::kEnd));
+  EXPECT_EQ(last[0].stop, Stop::kEnd);
+  output.stopped = false;
+  EXPECT_TRUE(output.passed(milliseconds{111}, {}).empty());
+  output.stopped = true;
+  EXPECT_TRUE(output.passed(milliseconds{112}, {}).empty());
+}
+
 TEST(StimulationGate, ALateStopStillLeaves) {
   OneElectrode output;
   output.pass(milliseconds{100}, 50.0);
@@ -201,7 +255,7 @@ class TwoElectrodes {
     const auto leaving = gate_.pass(
         commands,
         {.now = now, .delay = milliseconds{3}, .last_tick = now, .newest = {&newest_sample, 1}});
-    return {leaving.begin(), leaving.end()};
+    return commands_of(leaving);
   }
   static std::vector<StimulationCommand> update(nanoseconds time, double first_uA, double first_Hz,
                                                 double second_uA, double second_Hz,
@@ -376,8 +430,8 @@ class FaultyHost {
     const std::size_t first = random_.uniform() < 0.2 && !queue_.empty() ? 1 : queue_.size();
     const Moment moment{
         .now = wall_, .delay = delay_, .last_tick = last_tick_, .newest = {&newest_, 1}};
-    auditor_.take(wall_, delay_, gate_.pass(std::span(queue_).first(first), moment));
-    auditor_.take(wall_, delay_, gate_.pass(std::span(queue_).subspan(first), moment));
+    auditor_.take(wall_, delay_, commands_of(gate_.pass(std::span(queue_).first(first), moment)));
+    auditor_.take(wall_, delay_, commands_of(gate_.pass(std::span(queue_).subspan(first), moment)));
     queue_.clear();
   }
 

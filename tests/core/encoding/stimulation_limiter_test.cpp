@@ -129,6 +129,95 @@ TEST(StimulationLimiter, KeepsTheStrongestElectrodes) {
   EXPECT_EQ(limiter.clippings().electrodes, 2U);
 }
 
+TEST(StimulationLimiter, APulseInProgressIsOneOfTheElectrodesAtOnce) {
+  Limits limits = kWide;
+  limits.max_electrodes = 2;
+  StimulationLimiter limiter(limits,
+                             std::vector<StimulationLimiter::OfElectrode>(3, {80.0, 200.0}));
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(microseconds{900}, 50.0, 2)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 1U);
+  EXPECT_EQ(limited(limiter, milliseconds{1}, {10.0, 20.0, 0.0}), (std::vector{0.0, 20.0, 0.0}));
+  // It ends after 400 µs.
+  EXPECT_EQ(limited(limiter, microseconds{1300}, {10.0, 20.0, 0.0}),
+            (std::vector{10.0, 20.0, 0.0}));
+}
+
+TEST(StimulationLimiter, TrainsLeaveRoomForAPulseInProgress) {
+  Limits limits = kWide;
+  limits.max_total_uA = 100.0;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(microseconds{900}, 60.0, 1)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 1U);
+  limited(limiter, microseconds{950}, {0.0, 0.0});  // no pulse is expected any more
+  EXPECT_NEAR(limited(limiter, milliseconds{1}, {80.0, 0.0})[0], 40.0, 1e-9);
+  EXPECT_EQ(limiter.clippings().total, 1U);
+}
+
+TEST(StimulationLimiter, AStrongElectrodeIsNotSwitchedOffForAPulseOfItsOwn) {
+  Limits limits = kWide;
+  limits.max_electrodes = 1;
+  StimulationLimiter limiter(limits, {{80.0, 500.0}, {80.0, 500.0}});
+  limiter.reset(nanoseconds{0});
+  // The second pulse of the tick is of the same electrode, and counts no more; the third does.
+  std::vector pulses = {pulse(microseconds{100}, 50.0, 0), pulse(microseconds{2200}, 60.0, 0),
+                        pulse(microseconds{2300}, 60.0, 1)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+  EXPECT_EQ(pulses[1].electrode, 0);
+  EXPECT_EQ(limiter.clippings().electrodes, 1U);
+}
+
+TEST(StimulationLimiter, DropsPulsesThatFindNoBudget) {
+  Limits limits = kWide;
+  limits.max_total_uA = 80.0;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{1}, {80.0, 0.0})[0], 80.0);
+  std::vector pulses = {pulse(microseconds{1500}, 40.0, 1)};
+  EXPECT_EQ(limiter.limit_pulses(pulses, milliseconds{1}), 0U);
+  EXPECT_EQ(limiter.clippings().total, 1U);
+  // The next update makes room for it: 80 µA for 80 and 40 µA.
+  EXPECT_NEAR(limited(limiter, milliseconds{11}, {80.0, 0.0})[0], 80.0 * 80.0 / 120.0, 1e-9);
+}
+
+TEST(StimulationLimiter, AScaledPulseIsWhereTheNextOneRisesFrom) {
+  Limits limits = kWide;
+  limits.max_total_uA = 50.0;
+  const StimulationLimiter::OfElectrode slow{
+      .max_uA = 80.0, .max_Hz = 500.0, .max_slope_uA_per_s = 10'000.0};
+  StimulationLimiter limiter(limits, {slow, slow});
+  limiter.reset(nanoseconds{0});
+  // Both have risen to 50 µA after 5 ms, and share 50 µA.
+  std::vector pulses = {pulse(milliseconds{5}, 80.0, 0), pulse(milliseconds{5}, 80.0, 1)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, microseconds{4500}), 2U);
+  EXPECT_NEAR(pulses[0].amplitude_uA, 25.0, 1e-9);
+  std::vector next = {pulse(milliseconds{7}, 80.0, 0)};
+  ASSERT_EQ(limiter.limit_pulses(next, microseconds{6500}), 1U);
+  EXPECT_NEAR(next[0].amplitude_uA, 45.0, 1e-9);
+  EXPECT_EQ(limiter.clippings().slope, 3U);
+}
+
+TEST(StimulationLimiter, AStopLetsPulsesRiseFromZeroAgain) {
+  StimulationLimiter limiter(kWide,
+                             {{.max_uA = 80.0, .max_Hz = 500.0, .max_slope_uA_per_s = 10'000.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{8}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{7}), 1U);
+  EXPECT_DOUBLE_EQ(pulses[0].amplitude_uA, 80.0);
+  auto stop = update_of(milliseconds{10}, {0.0});
+  stop[0].stop = Stop::kGap;
+  limiter.limit_update(stop);
+  pulses = {pulse(milliseconds{13}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{12}), 1U);
+  EXPECT_DOUBLE_EQ(pulses[0].amplitude_uA, 30.0);
+  // A reset too, and a pulse may follow at once.
+  limiter.reset(milliseconds{14});
+  pulses = {pulse(microseconds{14'500}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{14}), 1U);
+  EXPECT_DOUBLE_EQ(pulses[0].amplitude_uA, 5.0);
+}
+
 TEST(StimulationLimiter, DropsPulsesThatComeTooSoon) {
   StimulationLimiter limiter(kWide, {{80.0, 200.0}});
   limiter.reset(nanoseconds{0});
@@ -182,6 +271,8 @@ class RandomRun {
            .phase = nanoseconds{static_cast<std::int64_t>(random_.uniform(5e4, 5e5))},
            .max_charge_nC = random_.uniform(1.0, 20.0),
            .max_slope_uA_per_s = maybe(random_.uniform(100.0, 1e5), StimulationLimiter::kNone)});
+      electrodes_.back().pulse = 2 * electrodes_.back().phase +
+                                 nanoseconds{static_cast<std::int64_t>(random_.uniform(0.0, 2e5))};
       pulses_.push_back(random_.uniform() < 0.5);
     }
   }
@@ -217,7 +308,7 @@ class RandomRun {
       if (omitted == "frequency") electrode.max_Hz = 1e9;
       if (omitted == "charge") electrode.max_charge_nC = 1e9;
       if (omitted == "slope") electrode.max_slope_uA_per_s = StimulationLimiter::kNone;
-      if (omitted == "phase") electrode.phase /= 10;
+      if (omitted == "pulse") electrode.pulse /= 10;
     }
     return {limits, electrodes};
   }
@@ -270,7 +361,7 @@ TEST(StimulationLimiter, NoOutputExceedsALimit) {
 
 TEST(StimulationLimiter, EveryLimitIsNeeded) {
   for (const std::string limit :
-       {"charge", "total", "slope", "electrodes", "amplitude", "frequency", "phase"}) {
+       {"charge", "total", "slope", "electrodes", "amplitude", "frequency", "pulse"}) {
     int broken = 0;
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
       broken += RandomRun(seed).run(limit).empty() ? 0 : 1;

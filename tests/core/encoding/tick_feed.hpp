@@ -10,11 +10,19 @@
 #include <vector>
 
 #include "core/encoding/stimulation_encoder.hpp"
+#include "core/records/sent_command.hpp"
 
 namespace merkel {
 
 /// The tick of the tests.
 inline constexpr std::chrono::milliseconds kTick{1};
+
+[[nodiscard]] inline std::vector<StimulationCommand> commands_of(
+    std::span<const SentCommand> sent) {
+  std::vector<StimulationCommand> commands;
+  for (const SentCommand& each : sent) commands.push_back(each.command);
+  return commands;
+}
 
 /// Feeds an encoder with synthetic ticks of one patch and one probe.
 class TickFeed {
@@ -26,7 +34,8 @@ class TickFeed {
 
   std::span<const StimulationCommand> step() {
     end_ += tick_;
-    const TickRecord record{.time = end_, .number = ++number_, .probe = 0, .state = state};
+    const TickRecord record{
+        .time = end_, .number = ++number_, .probe = 0, .state = state, .doubts = doubts};
     const auto commands = encoder_.step(
         {.records = {&record, 1}, .presses = {&press, 1}, .spikes = spikes, .resets = resets});
     spikes.clear();
@@ -42,6 +51,7 @@ class TickFeed {
 
   Press press;
   TickRecord::State state = TickRecord::State::kFollowing;
+  std::uint8_t doubts = 0;
   std::vector<SpikeEvent> spikes;
   std::vector<SpikeEvent> resets;
 

@@ -18,9 +18,7 @@ constexpr double kX_mm = 14.3;
 constexpr double kY_mm = 9.1;
 constexpr double kStiffening = 1.7;
 
-Indenter pin(double diameter_mm) {
-  return {.tip = Indenter::Tip::kPin, .pin = {.diameter_mm = diameter_mm}};
-}
+Indenter pin(double diameter_mm) { return {.tip = PinTip{.diameter_mm = diameter_mm}}; }
 
 std::vector<Receptor> scattered() {
   Random random(5);

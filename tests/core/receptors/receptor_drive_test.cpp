@@ -151,7 +151,7 @@ TEST(ReceptorDrive, ReceptorsAtAnyDepthAgreeWithTheScalarClosedForms) {
 
 TEST(ReceptorDrive, BarsAndSpheresActTogether) {
   const Reference reference;
-  const TipField bars({.tip = Indenter::Tip::kBars}, reference.skin);
+  const TipField bars({.tip = BarTip{}}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   for (const double depth : {0.001, 0.003, 0.4}) {
     const std::vector<PlacedContact> contacts = {
@@ -185,10 +185,9 @@ TEST(ReceptorDrive, GivesTheSameBitsOnEveryInstructionSet) {
 
 TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
   const Reference reference{.skin = {.radius_mm = 7.0}, .transduction = {}};
-  const TipField pin({.tip = Indenter::Tip::kPin}, reference.skin);
-  const TipField bar(
-      {.tip = Indenter::Tip::kBars, .bars = {.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 4.0}},
-      reference.skin);
+  const TipField pin({.tip = PinTip{}}, reference.skin);
+  const TipField bar({.tip = BarTip{.widths_mm = {1.0}, .gaps_mm = {}, .length_mm = 4.0}},
+                     reference.skin);
   for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
     on_every_simd_target([&] {
       ReceptorDrive drive = drive_of(reference, precision);
@@ -223,7 +222,7 @@ TEST(ReceptorDrive, FlatTipsGiveTheSameBitsOnEveryInstructionSet) {
 TEST(ReceptorDrive, UnderOneTipOnBoneDisplacementsAreThoseOfTheField) {
   Reference reference;
   reference.skin = {.thickness_mm = 2.0};
-  const TipField field({.tip = Indenter::Tip::kPin, .pin = {.diameter_mm = 2.0}}, reference.skin);
+  const TipField field({.tip = PinTip{.diameter_mm = 2.0}}, reference.skin);
   ReceptorDrive drive = drive_of(reference);
   const double threshold_mm = units::mm_from_um(reference.transduction.threshold_um);
   for (const auto& [depth_mm, x_mm] :
@@ -280,7 +279,7 @@ TEST(DriveReach, BoundsTheNeglectedCurrent) {
 TEST(DriveReach, TwoTipsAtOnePlaceTogetherKeepTheTolerance) {
   const Reference reference;
   constexpr double kLimit_kPa = 0.01;
-  for (const auto shape : {Indenter::Tip::kSphere, Indenter::Tip::kPin}) {
+  for (const Tip& shape : {Tip{}, Tip{PinTip{}}}) {
     const TipContact tip({.tip = shape}, reference.skin);
     const DriveReach reach(tip, reference.skin, kLimit_kPa, 2);
     for (const double depth_mm : {0.5, 1.0, 2.0}) {
@@ -299,7 +298,7 @@ TEST(DriveReach, TwoTipsAtOnePlaceTogetherKeepTheTolerance) {
 TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
   const Reference reference;
   const SkinMaterial material(reference.skin);
-  for (const auto shape : {Indenter::Tip::kSphere, Indenter::Tip::kBars}) {
+  for (const Tip& shape : {Tip{}, Tip{BarTip{}}}) {
     const TipContact tip({.tip = shape}, reference.skin);
     const DriveReach reach(tip, reference.skin, reference.transduction, 1e-4, 1);
     const double limit = DriveReach::energy_of_tolerance_kPa(reference.transduction, 1e-4);
@@ -327,6 +326,46 @@ TEST(DriveReach, GrowsWithTheDepthAndEndsWhereTheEnergyDoes) {
   const DriveReach all(TipContact(Indenter{}, reference.skin), reference.skin,
                        reference.transduction, 0.0, 1);
   EXPECT_TRUE(std::isinf(all.radius_mm(0.1)));
+}
+
+// Fields of 2 mm on a lattice of 0.5 mm, under four dots at the corners of a square of 8 mm.
+TEST(DriveReach, BetweenThePartsOfATipNothingIsReached) {
+  const Reference reference;
+  const TipContact tip(
+      {.tip = DotsTip{.centres = {{-4.0, -4.0}, {4.0, -4.0}, {-4.0, 4.0}, {4.0, 4.0}},
+                      .diameter_mm = 0.8,
+                      .edge_radius_mm = 0.1}},
+      reference.skin);
+  constexpr double kLimit_kPa = 0.05;
+  constexpr double kHalf_mm = 1.0;
+  const DriveReach reach(tip, reference.skin, kLimit_kPa, 1);
+  ASSERT_NE(reach.mask(), nullptr);
+  for (const double depth_mm : {0.12, 0.3}) {
+    const PlacedContact placed{.contact = {.depth_mm = depth_mm}, .field = tip.field()};
+    int needed = 0;
+    int computed = 0;
+    int inside = 0;
+    for (double y = -9.0; y <= 9.0; y += 0.5) {
+      for (double x = -9.0; x <= 9.0; x += 0.5) {
+        double largest = 0.0;
+        for (double dy = -kHalf_mm; dy <= kHalf_mm; dy += 0.25) {
+          for (double dx = -kHalf_mm; dx <= kHalf_mm; dx += 0.25) {
+            largest =
+                std::max(largest, reference.energy({.x_mm = x + dx, .y_mm = y + dy}, {placed}));
+          }
+        }
+        const bool reached =
+            reach.mask()->reaches(depth_mm, x - kHalf_mm, x + kHalf_mm, y - kHalf_mm, y + kHalf_mm);
+        EXPECT_TRUE(reached || largest <= kLimit_kPa) << x << " " << y;
+        needed += largest > kLimit_kPa ? 1 : 0;
+        computed += reached ? 1 : 0;
+        inside += std::hypot(x, y) <= reach.radius_mm(depth_mm) ? 1 : 0;
+      }
+    }
+    EXPECT_GT(needed, 0);
+    EXPECT_LE(computed, 1.5 * needed) << depth_mm;
+    EXPECT_LT(computed, 0.7 * inside) << depth_mm;
+  }
 }
 
 }  // namespace

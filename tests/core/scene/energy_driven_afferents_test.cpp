@@ -90,7 +90,7 @@ TEST(EnergyDriven, CullingBarelyChangesTheDrive) {
 TEST(EnergyDriven, CullingOnStiffeningSkinKeepsItsTolerance) {
   constexpr double kTolerance_kPa = 0.01;
   constexpr ContactInput kDeepPress{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
-  for (const auto tip : {Indenter::Tip::kSphere, Indenter::Tip::kPin}) {
+  for (const Tip& tip : {Tip{}, Tip{PinTip{}}}) {
     TactileModel::Parameters parameters = fingertip();
     parameters.skin.stiffening_mm = 0.5;
     parameters.indenters.front().tip = tip;
@@ -107,8 +107,8 @@ TEST(EnergyDriven, CullingOnStiffeningSkinKeepsItsTolerance) {
           std::max(largest_error_kPa,
                    std::fabs(fewer.output()[n] - all.patches().front().drive().output()[n]));
     }
-    EXPECT_LE(largest_error_kPa, kTolerance_kPa) << static_cast<int>(tip);
-    if (tip == Indenter::Tip::kSphere) {
+    EXPECT_LE(largest_error_kPa, kTolerance_kPa) << tip.index();
+    if (std::holds_alternative<SphereTip>(tip)) {
       // Neither more nor fewer than needed: 146, where the press of skin at rest would reach all.
       EXPECT_GE(largest_error_kPa, 0.1 * kTolerance_kPa);
       EXPECT_LE(fewer.afferents_reached(), 160U);
@@ -119,7 +119,7 @@ TEST(EnergyDriven, CullingOnStiffeningSkinKeepsItsTolerance) {
 TEST(EnergyDriven, ForceControlFollowsTheCurvatureOfFingerAndIndenter) {
   for (const double radius : {1.44, 5.0, std::numeric_limits<double>::infinity()}) {
     TactileModel::Parameters parameters = fingertip();
-    parameters.indenters.front().radius_mm = radius;
+    parameters.indenters.front().tip = SphereTip{radius};
     parameters.indenters.front().control = Indenter::Control::kForce;
     const TactileModel model = driven_model(parameters);
     const double effective = 1.0 / (1.0 / radius + 1.0 / 7.0);
@@ -134,7 +134,7 @@ TEST(EnergyDriven, AContactBesideTheApexOfTheFingerIsShifted) {
   parameters.skin.apex = {.x_mm = 15.0, .y_mm = 10.0};
   const ContactInput beside{.depth_mm = 0.5, .x_mm = 17.0, .y_mm = 9.0};
   for (const double radius : {2.0, 7.0, std::numeric_limits<double>::infinity()}) {
-    parameters.indenters.front().radius_mm = radius;
+    parameters.indenters.front().tip = SphereTip{radius};
     const Press made = driven_model(parameters).press(0, beside);
     const double k = 1.0 / radius;
     const double kept = k / (k + 1.0 / 7.0);

@@ -158,7 +158,7 @@ TEST(TactileModel, ResetRepeatsTheRunBitForBit) {
 
 TEST(TactileModel, ForceControlEqualsDepthControlAtTheSameContact) {
   TactileModel::Parameters by_force;
-  by_force.indenters = {{.radius_mm = 2.0, .control = Indenter::Control::kForce}};
+  by_force.indenters = {{.tip = SphereTip{2.0}, .control = Indenter::Control::kForce}};
   TactileModel force_model = model_of(by_force);
   TactileModel depth_model = model_of();
   const ContactInput depth{.depth_mm = 1.5, .x_mm = 15.0, .y_mm = 10.0};
@@ -210,7 +210,7 @@ TEST(TactileModel, DetectsCloseContacts) {
 
 TEST(TactileModel, TheEnergyUnderBarsGrowsWithTheSquareOfTheDepth) {
   TactileModel::Parameters parameters;
-  parameters.indenters = {{.tip = Indenter::Tip::kBars}};
+  parameters.indenters = {{.tip = BarTip{}}};
   TactileModel model = model_of(parameters);
   const auto energy = [&](double depth, double x) {
     const ContactInput input{.depth_mm = depth, .x_mm = x, .y_mm = 10.0};
@@ -263,7 +263,7 @@ TEST(TactileModel, RefusesInvalidParameters) {
     return model ? std::string("none") : model.error().key;
   };
   using P = TactileModel::Parameters;
-  EXPECT_EQ(key_of([](P& p) { p.indenters[0].radius_mm = -2.0; }), "probe.radius_mm");
+  EXPECT_EQ(key_of([](P& p) { p.indenters[0].tip = SphereTip{-2.0}; }), "probe.radius_mm");
   EXPECT_EQ(key_of([](P& p) { p.indenters.clear(); }), "probe");
   EXPECT_EQ(key_of([](P& p) { p.step = nanoseconds{0}; }), "neuron.step_us");
   EXPECT_EQ(key_of([](P& p) { p.step = nanoseconds{30'000}; }), "neuron.step_us");
@@ -273,7 +273,7 @@ TEST(TactileModel, RefusesInvalidParameters) {
   EXPECT_EQ(key_of([](P& p) { p.accuracy.cull_tolerance = 1.0; }), "accuracy.cull_tolerance");
   EXPECT_EQ(key_of([](P& p) { p.skin.poisson_ratio = 0.5; }), "skin.poisson_ratio");
   EXPECT_EQ(
-      key_of([](P& p) { p.indenters[0].radius_mm = std::numeric_limits<double>::infinity(); }),
+      key_of([](P& p) { p.indenters[0].tip = SphereTip{std::numeric_limits<double>::infinity()}; }),
       "probe.radius_mm");
 }
 

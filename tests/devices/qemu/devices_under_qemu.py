@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Reads devices with merkel on Debian's kernel in a virtual machine: ftdi_sio, usbhid with hidraw, and
-usbfs; each is unplugged and plugged in again. Needs neither root nor KVM nor a network.
+"""Reads devices with merkel on Debian's kernel in a virtual machine: ftdi_sio, usbhid with hidraw, usbfs,
+each unplugged and plugged in again, and comedi_test, a data-acquisition card. Needs neither root nor KVM nor a network.
 
   tests/devices/qemu/devices_under_qemu.py --fetch     (once: gets the kernel's package by apt)
   tests/devices/qemu/devices_under_qemu.py
@@ -21,7 +21,9 @@ import threading
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MODULES = ["xhci_pci", "ftdi_sio", "usbhid", "hid_generic", "vhci_hcd"]
+MODULES = ["xhci_pci", "ftdi_sio", "usbhid", "hid_generic", "vhci_hcd", "comedi_test"]
+# Of the card: a sawtooth on channel 0 and a square on channel 1.
+OPTIONS = {"comedi_test": " amplitude=5000000 period=100000"}
 # hidapi's backends are loaded at run time.
 LOADED_LATER = ["libhidapi-hidraw.so.0", "libhidapi-libusb.so.0"]
 SCENE = """[receptors]
@@ -58,10 +60,10 @@ def kernel_of(cache):
     of this machine."""
     packages = sorted(glob.glob(f"{cache}/linux-image-*.deb"))
     if packages:
-        unpacked = packages[-1] + ".files"
+        unpacked = packages[-1] + ".modules"
         if not os.path.exists(unpacked):
             with tempfile.TemporaryDirectory(dir=cache) as folder:
-                wanted = re.compile(r"\./(boot/vmlinuz|lib/modules/[^/]*/kernel/drivers/(usb|hid)/)")
+                wanted = re.compile(r"\./(boot/vmlinuz|lib/modules/[^/]*/kernel/drivers/(usb|hid|comedi)/)")
                 with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", packages[-1]],
                                       stdout=subprocess.PIPE) as unpacking:
                     with tarfile.open(fileobj=unpacking.stdout, mode="r|") as archive:
@@ -165,10 +167,10 @@ def make_initial_files(path, arguments, modules):
             archive.copy(os.path.realpath(library), library.lstrip("/"))
     for name in modules:
         archive.copy(modules[name], f"modules/{name}.ko")
-    archive.add("modules/order", "\n".join(f"{name}.ko" for name in modules).encode())
+    archive.add("modules/order", "".join(f"{name}.ko{OPTIONS.get(name, '')}\n" for name in modules).encode())
     archive.add("scene.toml", SCENE.encode(), 0o644)
     archive.add("etc/passwd", b"root:x:0:0:root:/:/bin/sh\nnobody:x:65534:65534:nobody:/:/bin/sh\n")
-    archive.add("etc/group", b"root:x:0:\ndialout:x:20:\n")
+    archive.add("etc/group", b"root:x:0:\ndialout:x:20:\niocard:x:107:nobody\n")
     with open(f"{HERE}/guest_init.sh", "rb") as file:
         archive.add("init", file.read())
     archive.close()
@@ -183,7 +185,7 @@ class Machine:
         self.ended = False
         adapter = "usb-serial,id=adapter,chardev=probe,serial=QEMU7"
         self.process = subprocess.Popen(
-            ["qemu-system-x86_64", "-M", "pc", "-accel", "tcg", "-cpu", "max", "-m", "512",
+            ["qemu-system-x86_64", "-M", "pc", "-accel", "tcg", "-cpu", "max", "-m", "768",
              "-nodefaults", "-display", "none", "-no-reboot", "-kernel", kernel,
              "-initrd", initial_files, "-append",
              "console=ttyS0 quiet loglevel=1 mitigations=off panic=-1 no_timer_check tsc=unstable "
@@ -251,10 +253,10 @@ def check_parts(parts):
               f"{counts['outages']} outages, {counts['port']}")
         return counts, err
 
-    def refused(name, *words):
+    def refused(name, *words, exit_code=3):
         code, _, err = parts.get(name, (-1, "", "it did not run"))
         print(f"{name}:\n  {err.strip()}")
-        check(code == 3 and err.count("\n") == 1, "one sentence, exit 3")
+        check(code == exit_code and err.count("\n") == 1, f"one sentence, exit {exit_code}")
         for word in words:
             check(word in err, f"it says \"{word}\"")
 
@@ -266,6 +268,7 @@ def check_parts(parts):
     check(port.get("serial_number") == "QEMU7", "the adapter's serial number")
     check(port.get("latency_timer", "").endswith(" ms"), "its latency timer")
     check("usb:0403:6001" in listed, "it is listed as a USB device too")
+    check("comedi_test" in listed.get("comedi:/dev/comedi0", {}).get("name", ""), "the card is listed")
 
     counts, err = device("serial")
     if counts:
@@ -289,6 +292,7 @@ def check_parts(parts):
     if counts:
         check(counts["outages"] == 0, "a stall is no outage")
         check(counts["readings"] > 1000, "readings come")
+    check_card(parts, device, refused)
     code, out, _ = parts.get("usb_says", (-1, "", ""))
     check(out.count("halt cleared") >= 1, "the halt was cleared on the bus")
     counts, _ = device("hid_unmapped")
@@ -303,6 +307,41 @@ def check_parts(parts):
     if counts:
         check(counts["port"] == "libusb" and counts["readings"] > 100,
               "libusb takes the device from usbhid")
+
+
+def check_card(parts, device, refused):
+    """The data-acquisition card, read by an ordinary user in the group of its node."""
+    refused("comedi_forbidden", "no permission to open /dev/comedi0", "iocard")
+    refused("comedi_wrong_reference", "set reference=ground", exit_code=2)
+    counts, _ = device("comedi")
+    if counts:
+        check(counts["overruns"] == 0 and counts["lost"] == 0, "nothing is lost")
+        check(counts["device_clock"], "the card's clock gives the times")
+    code, out, _ = parts.get("comedi_values", (-1, "", ""))
+    print("comedi_values:\n  " + out.strip())
+    values = dict(word.split("=") for word in out.split()) if code == 0 else {}
+    check(int(values.get("scans", 0)) > 25000, "three seconds of scans are in the session")
+    check(values.get("wrong") == "0", "every value of both channels is the waveform's")
+    # The driver passes its scans on once in a tick of the kernel, 4 ms: the envelope is that of the fastest.
+    check(float(values.get("mean_square_us2", "inf")) < 5000 ** 2, "the times are those of the waveform to 5 ms")
+    counts, _ = device("comedi_fast")
+    if counts:
+        check(counts["overruns"] == 0 and counts["lost"] == 0, "nothing is lost")
+        check(counts["readings"] >= 3_600_000, "as many scans as an hour has at 1 kHz")
+    counts, err = device("comedi_overrun")
+    if counts:
+        # A slow host adds some of its own.
+        check(counts["overruns"] >= 1 and "its buffer was full" in err, "an overrun, and it says so")
+        check(counts["outages"] == 0, "it is no outage")
+        # Of ten seconds, two megabytes hold five.
+        check(counts["lost"] > 100_000, "the lost readings are counted")
+        check(counts["lost"] + counts["readings"] > 25_000 * 29, "all scans of thirty seconds are read or counted")
+    code, out, err = parts.get("comedi_connect", (-1, "", ""))
+    print("comedi_connect:")
+    check(code == 0 and "uri = \"comedi:/dev/comedi0" in out, f"connect writes its scene {err}")
+    counts, _ = device("comedi_run")
+    if counts:
+        check(json_of(parts["comedi_run"][1])["probes"][0]["decimate"] == "mean", "the ticks use the mean")
 
 
 def main():
@@ -341,7 +380,7 @@ def main():
                     machine.monitor("device_del adapter")
                     time.sleep(1.0)
                     machine.monitor("device_add " + machine.adapter)
-                    machine.wait_for("@@done", 150)
+                    machine.wait_for("@@done", 400)
             finally:
                 machine.process.kill()
                 machine.process.wait()

@@ -7,7 +7,8 @@ mount -t proc proc /proc
 mount -t sysfs sys /sys
 mount -t devtmpfs dev /dev
 mount -t tmpfs tmp /tmp
-for module in $(cat /modules/order); do insmod "/modules/$module" || echo "no $module"; done
+# shellcheck disable=SC2086  # one word an option
+while read -r module options; do insmod "/modules/$module" $options || echo "no $module"; done </modules/order
 
 wait_for() {  # FILE, at most 10 s
   for _ in $(seq 200); do [ -e "$1" ] && return; usleep 50000; done
@@ -64,5 +65,66 @@ part hid_unmapped record hid:1209:0001 1
 part run merkel run /scene.toml --json --duration-s 0.6 --sink csv:/tmp/spikes.csv \
   --probe "hid:1209:0001?$fields"
 part usb_says cat /tmp/usb_says
+
+# The card of comedi_test, as an ordinary user.
+as_user() { su nobody -s /bin/sh -c "$*"; }
+wait_for /dev/comedi0
+card='comedi:/dev/comedi0?columns=force_V,depth_V&force_N_per_V=1&depth_mm_per_V=1'
+part comedi_forbidden as_user merkel record "'$card'" /tmp/nothing.csv
+chgrp iocard /dev/comedi0
+chmod 660 /dev/comedi0
+part comedi_wrong_reference as_user merkel record "'$card&reference=differential'" /tmp/nothing.csv
+part comedi as_user merkel record "'$card'" /tmp/card.xdf --json --duration-s 3
+# The values of both channels by the driver's formula, from the first one's place in the period on. The
+# waveform's period begins at multiples of 0.1 s of the monotonic clock: the error of the times.
+waveforms() {
+  merkel inspect session /tmp/card.xdf --stream samples | awk -F, '
+    function raw(V) { return int((V + 10) * 65535 / 20 + 0.5) }
+    function saw(t) { return int(t * 32766 / 100000) + 16384 }
+    NR == 1 { for (i = 1; i <= NF; ++i) place[$i] = i; next }
+    { n = NR - 2; time[n] = $place["time_s"]; a[n] = raw($place["force_mN"] / 1000); b[n] = raw($place["depth_mm"]) }
+    END {
+      least = NR
+      for (t = 0; t < 100000; ++t) {
+        if (saw(t) != a[0]) continue
+        for (apart = 0; apart <= 50; apart += 50) {  # the second channel is converted after the first
+          wrong = 0
+          for (k = 0; k <= n; ++k) {
+            now = (t + 100 * k) % 100000
+            later = (now + apart) % 100000
+            if (a[k] != saw(now) || b[k] != (later < 50000 ? 16384 : 49150)) ++wrong
+          }
+          if (wrong < least) { least = wrong; first = t }
+        }
+      }
+      for (k = 0; k <= n; ++k) {
+        late = (time[k] * 1000000) % 100000 - (first + 100 * k) % 100000
+        if (late > 50000) late -= 100000
+        if (late < -50000) late += 100000
+        squares += late * late
+        mean += late
+      }
+      printf "scans=%d wrong=%d mean_us=%.0f mean_square_us2=%.0f\n", n + 1, least, mean / (n + 1), squares / (n + 1)
+    }'
+}
+part comedi_values waveforms
+part comedi_fast as_user merkel record "'comedi:/dev/comedi0?columns=force_V&force_N_per_V=1&rate_hz=40000'" \
+  /tmp/fast.csv --json --duration-s 92
+rm /tmp/fast.csv
+stopped() {  # for longer than fills two megabytes, the buffer of Debian's kernel
+  while [ ! -e /tmp/overrun.xdf.part ]; do usleep 50000; done
+  sleep 2
+  killall -STOP merkel
+  sleep 10
+  killall -CONT merkel
+}
+stopped &
+eight='comedi:/dev/comedi0?columns=force_V,-,-,-,-,-,-,-&force_N_per_V=1&rate_hz=25000'
+part comedi_overrun as_user merkel record "'$eight'" /tmp/overrun.xdf --json --duration-s 30
+part comedi_connect as_user "merkel connect '$card' --out /tmp/card.toml --yes && cat /tmp/card.toml"
+sed 's/decimate.*//; s/\[probe\]/[probe]\ndecimate = "mean"/' /scene.toml >/tmp/mean.toml
+chmod 644 /tmp/mean.toml
+part comedi_run as_user merkel run /tmp/mean.toml --json --duration-s 0.6 --sink csv:/tmp/card_spikes.csv \
+  --probe "'$card'"
 echo '@@done'
 poweroff -f

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -5,6 +6,7 @@
 #include "core/math/random.hpp"
 #include "drivers/calibration/calibration_fit.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -70,6 +72,7 @@ TEST(CalibrationFit, UninformativePointsAreRefused) {
 TEST(ProbeCalibration, AFileIsReadBackToTheBit) {
   const TemporaryFolder folder;
   ProbeCalibration written{.serial_number = "A \"7\"\\ß", .date = "2026-01-02T03:04:05Z"};
+  written.factors = {{"force_N_per_V", 0.17553}, {"taxel_kPa_per_count", -2e-5}};
   written.channels[0] = {.source = DeviceChannel::kZ, .gain = -1.0, .zero = 1.0 / 3.0};
   written.channels[1] = {.source = DeviceChannel::kForceZ,
                          .gain = 1.0000001,
@@ -77,11 +80,12 @@ TEST(ProbeCalibration, AFileIsReadBackToTheBit) {
                          .saturation = 40.0,
                          .noise = 1e-5,
                          .residual = 0.25};
-  const auto read =
-      read_calibration(folder.file("c.toml", calibration_text(written, "made by a test")));
+  auto read = read_calibration(folder.file("c.toml", calibration_text(written, "made by a test")));
   ASSERT_TRUE(read.has_value()) << read.error().sentence;
   EXPECT_EQ(read->serial_number, written.serial_number);
   EXPECT_EQ(read->date, written.date);
+  std::ranges::sort(read->factors);
+  EXPECT_EQ(read->factors, written.factors);
   EXPECT_EQ(read->channels[0]->source, DeviceChannel::kZ);
   EXPECT_EQ(read->channels[0]->zero, 1.0 / 3.0);
   EXPECT_FALSE(read->channels[0]->saturation);
@@ -101,11 +105,42 @@ TEST(ProbeCalibration, BadFilesAreOneSentence) {
            {"[force]\nsource = \"force\"\ngain = 0.0\n", "must not be 0"},
            {"[weight]\n", "is unknown"},
            {"date = 3\n", "must be a text"},
+           {"force_N_per_V = \"much\"\n", "must be a finite number that is not 0"},
+           {"force_mm_per_V = 2.5\n", "write force_N_per_V"},
+           {"force_per_V = 2.5\n", "is written like force_N_per_V"},
+           {"force_N_per_V = 1\nload_N_per_V = 2\n", "keep one"},
            {"[force\n", "c.toml:1"}}) {
     const auto read = read_calibration(folder.file("c.toml", text));
     ASSERT_FALSE(read.has_value()) << text;
     EXPECT_NE(read.error().sentence.find(sentence), std::string::npos) << read.error().sentence;
   }
+}
+
+TEST(UnitFactors, TheNearestKeyIsForAColumn) {
+  UnitFactors factors;
+  for (const auto& [key, value] :
+       std::vector<std::pair<std::string, double>>{{"force_mN_per_V", 175.53},
+                                                   {"force_x_N_per_V", 3.0},
+                                                   {"position_um_per_mV", 2.5},
+                                                   {"pressure_kPa_per_count", 0.5},
+                                                   {"pad_Pa_per_count", 10.0}}) {
+    ASSERT_EQ(factors.add(key, value), "");
+  }
+  const auto factor = [&](std::string_view stem, std::string_view unit) {
+    const auto found = factors.of(stem, *unit_named(unit));
+    return found ? found->factor : 0.0;
+  };
+  EXPECT_DOUBLE_EQ(factor("force", "V"), 0.17553);
+  EXPECT_DOUBLE_EQ(factor("load", "mV"), 0.17553e-3);
+  EXPECT_DOUBLE_EQ(factor("force2", "V"), 0.17553);
+  EXPECT_DOUBLE_EQ(factor("force_y", "V"), 0.17553);
+  EXPECT_DOUBLE_EQ(factor("force_x", "V"), 3.0);
+  EXPECT_DOUBLE_EQ(factor("depth", "V"), 2.5);
+  EXPECT_DOUBLE_EQ(factor("pad17", "count"), 0.01);
+  EXPECT_DOUBLE_EQ(factor("t17", "count"), 0.5);
+  EXPECT_EQ(factor("force", "count"), 0.0);  // no force is a pressure
+  EXPECT_EQ(factor("forceful", "V"), 0.0);
+  EXPECT_EQ(factor("x", "V"), 0.0);
 }
 
 TEST(ProbeCalibration, AStagesZIsTheDepthTurnedRound) {

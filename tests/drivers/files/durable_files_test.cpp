@@ -7,6 +7,9 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#ifdef MERKEL_TEST_SONATA
+#include <hdf5.h>
+#endif
 
 #include "drivers/files/trace_file.hpp"
 #include "drivers/sessions/session_reader.hpp"
@@ -140,13 +143,29 @@ int check_phy(const std::string& folder) {
   });
 }
 
-int check_hdf5(const std::string& path) {
+#ifdef MERKEL_TEST_SONATA
+int check_nwb(const std::string& path) {
   return check_export(path, [&] {
     const auto spikes = read_spike_file(path);
     EXPECT_TRUE(spikes) << spikes.error().sentence;
     return spikes ? static_cast<int>(spikes->spikes.size()) : 0;
   });
 }
+
+int check_sonata(const std::string& path) {
+  return check_export(path, [&] {
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    EXPECT_GE(file, 0) << path;
+    const hid_t nodes = H5Dopen2(file, "/spikes/merkel/node_ids", H5P_DEFAULT);
+    const hid_t space = H5Dget_space(nodes);
+    const auto count = static_cast<int>(H5Sget_simple_extent_npoints(space));
+    H5Sclose(space);
+    H5Dclose(nodes);
+    H5Fclose(file);
+    return count;
+  });
+}
+#endif
 
 struct Format {
   const char* scheme;
@@ -167,8 +186,8 @@ const std::vector<Format>& formats() {
       {"xdf", [](const std::string& path) { return check_session(finished_or_part(path)); }},
       {"phy", check_phy},
 #ifdef MERKEL_TEST_SONATA
-      {"sonata", check_hdf5},
-      {"nwb", check_hdf5},
+      {"sonata", check_sonata},
+      {"nwb", check_nwb},
 #endif
       {"trace", [](const std::string& path) {
          const std::string text = read_file(finished_or_part(path));

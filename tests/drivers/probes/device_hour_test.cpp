@@ -7,6 +7,7 @@
 
 #include "core/math/random.hpp"
 #include "core/units.hpp"
+#include "drivers/firmware/merkel_probe/pulses.h"
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 
@@ -67,7 +68,10 @@ class FaultyCable final : public Transport {
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
     if (pulled_out()) return Unexpected<Disconnected>(Disconnected{});
     measure();
+    const bool started = device_->started();
     device_->take(bytes, device_time(clock_.time), wire_);
+    // A device measures its first sample when it is started, not when bytes next arrive.
+    if (!started) measure();
     return {};
   }
 
@@ -78,6 +82,8 @@ class FaultyCable final : public Transport {
     next_batch_ = clock_.time + milliseconds{16};
     return {};
   }
+
+  void make_pulses(std::uint32_t seed) { EXPECT_TRUE(device_->set_pulses(seed)); }
 
   /// Samples measured since the start command.
   std::uint64_t measured = 0;
@@ -198,6 +204,47 @@ TEST(DeviceHour, EveryLostSampleIsCountedTimesDoNotDriftAndMemoryIsFlat) {
   EXPECT_NEAR(at_the_end.mean_us(), after_settling.mean_us(), 20.0);
   EXPECT_NEAR(counts.drift_ppm, 50.0, 1.0);
   EXPECT_LT(static_cast<double>(::mallinfo2().uordblks), static_cast<double>(memory) + 65536.0);
+}
+
+TEST(DeviceHour, EdgesThatADeviceReportsWithItsOwnTimeAreOnTheHostsClock) {
+  constexpr std::uint32_t kSeed = 7;
+  VirtualClock clock;
+  auto owned = std::make_unique<FaultyCable>(clock);
+  FaultyCable& cable = *owned;
+  cable.faults = false;
+  cable.make_pulses(kSeed);
+  const auto uri = Uri::parse("serial:virtual");
+  UriOptions none(*uri);
+  auto opened = DeviceProbe::open(std::move(owned), *(*find_protocol("hbf1"))->make(none),
+                                  {.uri = "serial:virtual", .protocol = "hbf1", .clock = &clock});
+  ASSERT_TRUE(opened.has_value()) << opened.error().sentence;
+  std::vector<SyncEdge> edges;
+  Readings readings = (*opened)->readings(256);
+  while (clock.time < kStart + minutes{10}) {
+    ASSERT_TRUE((*opened)->read(readings, milliseconds{100}));
+    edges.insert(edges.end(), readings.edges().begin(), readings.edges().end());
+  }
+  hbf1::Pulses pulses(kSeed);
+  // The device begins when it is started, at the time of its first sample.
+  nanoseconds device{0};
+  Errors errors;
+  double largest_us = 0.0;
+  for (const SyncEdge& edge : edges) {
+    const nanoseconds next = microseconds{pulses.next_us()};
+    EXPECT_EQ(edge.line, 1U);
+    EXPECT_EQ(edge.level, pulses.high() ? 1U : 0U);
+    const nanoseconds truth =
+        cable.first +
+        nanoseconds{std::llround(static_cast<double>(device.count()) / (1.0 + kDrift))};
+    device += next;
+    if (truth < kStart + minutes{2}) continue;
+    const double error_us = 1e6 * units::s_from(edge.time - truth);
+    errors.add(error_us);
+    largest_us = std::max(largest_us, std::fabs(error_us - errors.mean_us()));
+  }
+  EXPECT_GT(edges.size(), 3500U);  // about 6.8 a second
+  EXPECT_LT(std::fabs(errors.mean_us()), 100.0);
+  EXPECT_LT(largest_us, 50.0);
 }
 
 }  // namespace

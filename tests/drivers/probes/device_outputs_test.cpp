@@ -167,14 +167,14 @@ TEST(DeviceOutputs, ChannelsAreReadAsTheyAreWritten) {
 }
 
 TEST(DeviceOutputs, AHeaderIsOneOnlyWithSeveralNamesOrAKnownQuantity) {
-  EXPECT_EQ(csv_columns_of_header("time_us,seq,thumb_N,index_N,palm_N", ','),
+  EXPECT_EQ(csv_columns_of_header(csv_cells_of("time_us,seq,thumb_N,index_N,palm_N", ',')),
             (std::vector<std::string>{"time_us", "seq", "thumb_N", "index_N", "palm_N"}));
-  EXPECT_EQ(csv_columns_of_header("Force (N),Force (N)", ','),
+  EXPECT_EQ(csv_columns_of_header(csv_cells_of("Force (N),Force (N)", ',')),
             (std::vector<std::string>{"force_N", "force2_N"}));
-  EXPECT_EQ(csv_columns_of_header("t1 (kPa),t2 [psi],note", ','),
+  EXPECT_EQ(csv_columns_of_header(csv_cells_of("t1 (kPa),t2 [psi],note", ',')),
             (std::vector<std::string>{"t1_kPa", "t2_psi", "-"}));
-  EXPECT_TRUE(csv_columns_of_header("calibrated (g)", ',').empty());
-  EXPECT_TRUE(csv_columns_of_header("HX711 ready, gain 128 (g)", ',').empty());
+  EXPECT_TRUE(csv_columns_of_header(csv_cells_of("calibrated (g)", ',')).empty());
+  EXPECT_TRUE(csv_columns_of_header(csv_cells_of("HX711 ready, gain 128 (g)", ',')).empty());
 }
 
 }  // namespace

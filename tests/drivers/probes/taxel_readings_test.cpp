@@ -1,5 +1,6 @@
 #include "drivers/probes/taxel_readings.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -41,7 +42,7 @@ class TaxelReadingsTest : public testing::Test {
     EXPECT_TRUE(read(values));
   }
 
-  TaxelReadings taxels_{"pad", channels(4, false), 2.0};
+  TaxelReadings taxels_{"pad", channels(4, false), {.area_mm2 = 2.0}};
   std::vector<double> kPa_;
   std::vector<std::string> notices_;
   std::size_t count_ = 0;
@@ -87,6 +88,27 @@ TEST_F(TaxelReadingsTest, DeadTaxelsAreNamed) {
   EXPECT_TRUE(has(notices_[2], "t3_kPa never changed at rest, unlike the others")) << notices_[2];
 }
 
+TEST_F(TaxelReadingsTest, AMissingValueIsBridgedForThreeReadings) {
+  zero({0.0, 0.0, 0.0, 0.0});
+  notices_.clear();
+  ASSERT_TRUE(read({10.0, 20.0, 0.0, 0.0}, 0.0));
+  for (int k = 0; k < 3; ++k) {
+    ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+    EXPECT_NEAR(kPa_[0], 10.0, 0.01) << k;
+  }
+  EXPECT_TRUE(notices_.empty());
+  ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+  EXPECT_EQ(kPa_[0], 0.0);
+  EXPECT_EQ(taxels_.out(), 1U);
+  ASSERT_TRUE(read({11.0, 20.0, 0.0, 0.0}, 0.0));
+  EXPECT_NEAR(kPa_[0], 11.0, 0.01);
+  EXPECT_EQ(taxels_.out(), 0U);
+  for (int k = 0; k < 9; ++k) ASSERT_TRUE(read({std::nan(""), 20.0, 0.0, 0.0}, 0.0));
+  ASSERT_EQ(notices_.size(), 1U) << "once, however often";
+  EXPECT_TRUE(has(notices_[0], "no value from t1_kPa: taken as 0")) << notices_[0];
+  EXPECT_EQ(taxels_.lack(), "1 of its 4 taxels had no value (t1_kPa)");
+}
+
 TEST_F(TaxelReadingsTest, ATaxelAtTheEndOfItsRangeIsNamedOnce) {
   zero({0.0, 0.0, 0.0, 0.0});
   notices_.clear();
@@ -101,8 +123,38 @@ TEST_F(TaxelReadingsTest, ATaxelAtTheEndOfItsRangeIsNamedOnce) {
   EXPECT_NEAR(kPa_[1], 500.0, 0.1);
 }
 
+/// The taxels of an array whose second taxel drifts by a noise threshold in 40 s, and whose third
+/// one is pressed for ten seconds.
+std::vector<double> after_drift(bool tracks) {
+  TaxelReadings taxels("pad", channels(3, false), {.tracks = tracks});
+  std::vector<double> kPa(3);
+  std::vector<double> largest(3);
+  std::vector<std::string> notices;
+  for (int k = 0; k < 60'000; ++k) {
+    DeviceReading reading;
+    reading.arrival = std::chrono::milliseconds{k};
+    const double noise = 0.01 * ((k * 7919) % 5 - 2);
+    const double press = k > 30'000 && k < 40'000 ? 30.0 : 0.0;
+    reading.set(named_channel(0), noise);
+    reading.set(named_channel(1), noise + 0.07 * k / 40'000.0);
+    reading.set(named_channel(2), noise + press + 0.07 * k / 40'000.0);
+    if (!taxels.take(reading, kPa, notices)) continue;
+    for (std::size_t i = 0; i < 3; ++i) largest[i] = std::max(largest[i], kPa[i]);
+    EXPECT_FALSE(taxels.uncertain(kPa));
+  }
+  return largest;
+}
+
+TEST(TaxelReadings, TheZeroOfATaxelFollowsItsDrift) {
+  const auto followed = after_drift(true);
+  EXPECT_EQ(followed[0], 0.0);
+  EXPECT_EQ(followed[1], 0.0);
+  EXPECT_NEAR(followed[2], 30.0, 0.1);
+  EXPECT_GT(after_drift(false)[1], 0.07);
+}
+
 TEST(TaxelReadings, ASlowArrayIsZeroedAfterASecond) {
-  TaxelReadings taxels("pad", channels(1, false), 1.0);
+  TaxelReadings taxels("pad", channels(1, false), {});
   std::vector<double> kPa(1);
   std::vector<std::string> notices;
   int waited = 0;
@@ -116,7 +168,7 @@ TEST(TaxelReadings, ASlowArrayIsZeroedAfterASecond) {
 }
 
 TEST(TaxelReadings, ForcesBecomePressures) {
-  TaxelReadings taxels("pad", channels(2, true), 0.5);
+  TaxelReadings taxels("pad", channels(2, true), {.area_mm2 = 0.5});
   std::vector<double> kPa(2);
   std::vector<std::string> notices;
   for (int k = 0; k < 21; ++k) {

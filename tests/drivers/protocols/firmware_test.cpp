@@ -6,10 +6,12 @@
 #pragma GCC diagnostic ignored "-Wconversion"
 #endif
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
 #include "drivers/firmware/merkel_probe/hbf1.h"
+#include "drivers/firmware/merkel_probe/pulses.h"
 
 /// The simulated board of the sketches.
 namespace arduino {
@@ -20,8 +22,19 @@ std::vector<std::uint8_t> sent;
 // Arduino's names. NOLINTBEGIN(readability-identifier-naming)
 constexpr int A0 = 0;
 constexpr int A1 = 1;
+constexpr int LOW = 0;
+constexpr int OUTPUT = 1;
+constexpr int INPUT_PULLUP = 2;
+constexpr int CHANGE = 3;
+std::array<bool, 8> pins{};
+void (*on_change)() = nullptr;
 
 inline std::uint32_t micros() { return now_us; }
+inline void pinMode(int, int) {}
+inline bool digitalRead(std::uint8_t pin) { return pins[pin]; }
+inline void digitalWrite(std::uint8_t pin, int level) { pins[pin] = level != 0; }
+inline int digitalPinToInterrupt(std::uint8_t pin) { return pin; }
+inline void attachInterrupt(int, void (*handler)(), int) { on_change = handler; }
 inline std::uint32_t millis() { return now_us / 1000; }
 inline int analogRead(int) {
   now_us += reading_us;
@@ -117,6 +130,12 @@ std::vector<std::pair<Hbf1Header, Bytes>> frames_sent() {
   return frames;
 }
 
+std::size_t samples_sent() {
+  std::size_t count = 0;
+  for (const auto& [header, body] : frames_sent()) count += header.type == Hbf1Type::kSample;
+  return count;
+}
+
 TEST(Firmware, ABoardTooSlowForItsRateNeverGoesSilent) {
   board::setup();
   board::streaming = true;
@@ -132,7 +151,7 @@ TEST(Firmware, ABoardTooSlowForItsRateNeverGoesSilent) {
       ASSERT_LE(static_cast<std::int32_t>(board::now_us - board::next_us),
                 static_cast<std::int32_t>(2 * reading_us + 1000));
     }
-    EXPECT_EQ(frames_sent().size(), static_cast<std::size_t>(loops)) << reading_us;
+    EXPECT_EQ(samples_sent(), static_cast<std::size_t>(loops)) << reading_us;
   }
 }
 
@@ -147,7 +166,81 @@ TEST(Firmware, AFastBoardKeepsItsRate) {
     board::loop();
     board::now_us += 7;
   }
-  EXPECT_NEAR(static_cast<double>(frames_sent().size()), 1000.0, 1.0);
+  EXPECT_NEAR(static_cast<double>(samples_sent()), 1000.0, 1.0);
+}
+
+struct ReportedEdge {
+  std::uint32_t time_us;
+  std::uint16_t line;
+  bool high;
+  friend bool operator==(const ReportedEdge&, const ReportedEdge&) = default;
+};
+
+/// The edges that the board reports, each checked against its pins by `loops` of 7 µs.
+std::vector<ReportedEdge> edges_of_run(std::uint32_t length_us, std::vector<ReportedEdge>& pin) {
+  board::now_us += 12'345;
+  const Bytes start = {static_cast<std::uint8_t>(Hbf1Command::kStart)};
+  Bytes wire;
+  append_hbf1_frame({.type = Hbf1Type::kCommand}, start, wire);
+  for (const std::uint8_t byte : wire) {
+    if (board::decoder.take(byte)) board::obey(board::now_us);
+  }
+  static_cast<void>(frames_sent());
+  std::vector<ReportedEdge> edges;
+  bool level = board::pins[board::SYNC_OUT];
+  const std::uint32_t begin = board::now_us;
+  while (board::now_us - begin < length_us) {
+    if (board::now_us % 50'000 < 7) {
+      board::pins[board::SYNC_IN] = !board::pins[board::SYNC_IN];
+      pin.push_back({board::now_us, 2, board::pins[board::SYNC_IN]});
+      board::on_change();
+    }
+    board::loop();
+    if (board::pins[board::SYNC_OUT] != level) {
+      level = board::pins[board::SYNC_OUT];
+      pin.push_back({board::now_us, 1, level});
+    }
+    board::now_us += 7;
+  }
+  for (const auto& [header, body] : frames_sent()) {
+    if (header.type != Hbf1Type::kEvent) continue;
+    EXPECT_EQ(body.size(), 6U);
+    EXPECT_EQ(read_u16(std::span(body).first<2>()), kHbf1Edge);
+    edges.push_back({header.time_us, read_u16(std::span(body).subspan<2, 2>()),
+                     read_u16(std::span(body).subspan<4, 2>()) == 1});
+  }
+  const auto before = [](const ReportedEdge& a, const ReportedEdge& b) {
+    return std::pair(a.time_us, a.line) < std::pair(b.time_us, b.line);
+  };
+  std::sort(edges.begin(), edges.end(), before);
+  std::sort(pin.begin(), pin.end(), before);
+  return edges;
+}
+
+TEST(Firmware, ReportsEveryEdgeOfItsPulsesAndOfItsInputWithItsTime) {
+  board::setup();
+  board::rate_hz = 1000;
+  board::reading_us = 0;
+  std::vector<ReportedEdge> pin;
+  const auto edges = edges_of_run(20'000'000, pin);
+  EXPECT_EQ(edges, pin);
+  std::vector<std::uint32_t> out;
+  for (const ReportedEdge& edge : edges) {
+    if (edge.line != 1) continue;
+    EXPECT_EQ(edge.high, out.size() % 2 == 0);
+    out.push_back(edge.time_us);
+  }
+  ASSERT_GT(out.size(), 60U);  // about 3.4 pulses a second
+  for (std::size_t i = 1; i < out.size(); ++i) {
+    const std::uint32_t length_us = out[i] - out[i - 1];
+    EXPECT_GE(length_us, i % 2 == 1 ? 1000U : 60'000U);
+    EXPECT_LE(length_us, i % 2 == 1 ? 20'014U : 500'014U);
+  }
+  // Another run has other pulses.
+  std::vector<ReportedEdge> again;
+  const auto others = edges_of_run(2'000'000, again);
+  ASSERT_GT(others.size(), 4U);
+  EXPECT_NE(others[2].time_us - others[0].time_us, edges[2].time_us - edges[0].time_us);
 }
 
 TEST(Firmware, ASerialNumberOfAnyLengthFits) {

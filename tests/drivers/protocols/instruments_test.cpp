@@ -44,6 +44,8 @@ TEST(CsvLines, AHeaderNamesTheColumns) {
   EXPECT_EQ(talk.protocol->channels(), bit_of(DeviceChannel::kForce));
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForce), 2.5);
+  talk.take("time_us,force_mN\r\n9000,2500\r\n");
+  EXPECT_EQ(talk.stream.counts.reboots, 0U);
   talk.take("time_us,force_mN\r\n100,2500\r\n");  // the device has restarted
   EXPECT_EQ(talk.stream.counts.reboots, 1U);
 }

@@ -34,6 +34,7 @@ struct Everything {
   std::vector<PortFrame> frames;
   std::vector<Mark> marks;
   std::vector<StimulationCommand> commands;
+  std::vector<SentCommand> sent;
   bool complete = false;
   std::string error;
 };
@@ -66,6 +67,7 @@ Everything read_all(const std::string& path) {
     append(all.frames, chunk.frames);
     append(all.marks, chunk.marks);
     append(all.commands, chunk.commands);
+    append(all.sent, chunk.sent);
   }
   all.complete = session->complete();
   return all;
@@ -126,6 +128,12 @@ const std::array<StimulationCommand, 3> kCommands = {
                        .electrode = 1,
                        .stop = StimulationCommand::Stop::kGap}};
 
+const std::array<SentCommand, 2> kSent = {
+    SentCommand{.command = kCommands[1],
+                .sent = nanoseconds{9'200'000'000'123'456'789 / 100},
+                .valid_until = nanoseconds{9'200'000'060'123'456'789 / 100}},
+    SentCommand{.command = kCommands[2], .sent = nanoseconds{1}, .refused_by = 3}};
+
 /// Two probes, of which one measures less.
 std::vector<ProbeInfo> two_probes() {
   std::vector<ProbeInfo> probes(2);
@@ -148,7 +156,7 @@ std::string record(const TemporaryFolder& folder, bool closed) {
                                           .probes = two_probes()}});
   EXPECT_TRUE(sink) << sink.error().sentence;
   EXPECT_TRUE((*sink)->write({.spikes = kSpikes}));
-  EXPECT_TRUE((*sink)->write({.commands = kCommands}));
+  EXPECT_TRUE((*sink)->write({.commands = kCommands, .sent = kSent}));
   EXPECT_TRUE((*sink)->write({.ticks = kTicks}));
   EXPECT_TRUE((*sink)->write({.events = kEvents}));
   std::vector<DeliveredSample> samples;
@@ -205,6 +213,8 @@ TEST(SessionReader, GivesBackEveryBitThatWasRecorded) {
   EXPECT_EQ(all.events[0], kEvents[0]);
   ASSERT_EQ(all.commands.size(), kCommands.size());
   for (std::size_t i = 0; i < kCommands.size(); ++i) EXPECT_EQ(all.commands[i], kCommands[i]);
+  ASSERT_EQ(all.sent.size(), kSent.size());
+  for (std::size_t i = 0; i < kSent.size(); ++i) EXPECT_EQ(all.sent[i], kSent[i]);
   ASSERT_EQ(all.marks.size(), 2U);
   EXPECT_EQ(all.marks[0].time, nanoseconds{1'500'000'000});
   EXPECT_EQ(all.marks[0].label, "trial 1, Müller");
@@ -471,7 +481,7 @@ TEST(SessionReader, ReadsThePressuresOfTaxelsAsTheyWere) {
   const std::string path = folder.path("taxels.xdf");
   SinkSetup setup{.neurons = 20, .overwrite = false, .allow_remote = false, .run = {}};
   setup.run.facts = {{"scene_text", ""}};
-  setup.run.model.indenters.front().tip = Indenter::Tip::kTaxels;
+  setup.run.model.indenters.front().tip = TaxelArray{};
   TaxelBlock block{.time = kLongAgo, .tick = 3, .probe = 1, .first = 32, .count = 2};
   block.pressure_kPa[0] = 1.0F / 3.0F;
   block.pressure_kPa[1] = 1e-30F;

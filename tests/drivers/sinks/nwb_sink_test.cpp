@@ -21,6 +21,7 @@ namespace {
 using std::chrono::milliseconds;
 using Kind = StimulationCommand::Kind;
 using Stop = StimulationCommand::Stop;
+using Numbers = std::vector<double>;
 
 /// A file opened for reading.
 class Hdf5Reader {
@@ -91,7 +92,6 @@ const std::string kFirst = "/stimulus/presentation/electrode_E1_";
 const std::string kSecond = "/stimulus/presentation/electrode_E2_";
 
 void expect_series_of_commands(const Hdf5Reader& file) {
-  using Numbers = std::vector<double>;
   EXPECT_EQ(file.numbers(kFirst + "amplitude/data"), (Numbers{20.5, 30.0}));
   EXPECT_EQ(file.numbers(kFirst + "frequency/data"), (Numbers{55.5, 60.0}));
   EXPECT_EQ(file.numbers(kFirst + "amplitude/timestamps"), (Numbers{0.01, 0.02}));
@@ -111,11 +111,23 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
     const auto sink = open_sink("nwb:" + path, setup_with({"E1", "E2"}));
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_TRUE((*sink)->takes<StimulationCommand>());
-    ASSERT_TRUE((*sink)->write({.commands = nwb_commands()}));
+    const std::vector<StimulationCommand> commands = nwb_commands();
+    const std::vector<SentCommand> sent = {
+        {.command = commands[1], .sent = milliseconds{7500}},
+        {.command = commands[1], .sent = milliseconds{7500}, .refused_by = 1},
+        {.command = commands[2], .sent = milliseconds{7500}},
+        {.command = commands[3], .sent = milliseconds{7510}}};
+    ASSERT_TRUE((*sink)->write({.commands = commands, .sent = sent}));
     ASSERT_TRUE((*sink)->close());
   }
   const Hdf5Reader file(path);
   expect_series_of_commands(file);
+  using Numbers = std::vector<double>;
+  EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/data"), (Numbers{20.5, 30.0}));
+  EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/timestamps"), (Numbers{0.01, 0.02}));
+  EXPECT_EQ(file.numbers(kFirst + "sent_monotonic/data"), (Numbers{7.5, 7.51}));
+  EXPECT_EQ(file.numbers(kSecond + "sent_stop/data"), Numbers{static_cast<double>(Stop::kGap)});
+  EXPECT_FALSE(file.has(kSecond + "sent_pulses"));
   EXPECT_EQ(file.text(kFirst + "amplitude/data", "unit"), "amperes");
   EXPECT_EQ(file.number(kFirst + "amplitude/data", "conversion"), 1e-6F);
   EXPECT_EQ(file.text(kFirst + "frequency/data", "unit"), "hertz");
@@ -123,6 +135,33 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
   EXPECT_EQ(file.text(kSecond + "amplitude", "neurodata_type"), "TimeSeries");
   EXPECT_EQ(file.text(kSecond + "amplitude", "comments"),
             "field of radius 3 mm around x = 15 mm, y = 10 mm on patch 0; one phase lasts 200 µs");
+}
+
+TEST(NwbSink, LeavesOutSamplesBeforeTheFirstTickAndHoldsPulsesOfSyncLines) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.nwb");
+  SinkSetup setup = setup_with({});
+  setup.run.model.tick = milliseconds{1};
+  setup.run.probes = {{.uri = "p", .name = "p", .channels = ProbeSample::kDepth}};
+  {
+    const auto sink = open_sink("nwb:" + path, setup);
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    ASSERT_TRUE((*sink)->begin({.start = milliseconds{100}}));
+    std::vector<DeliveredSample> samples;
+    for (const int ms : {98, 99, 100, 101}) {
+      samples.push_back({.sample = {.time = milliseconds{ms}, .channels = ProbeSample::kDepth}});
+    }
+    const std::vector<TickRecord> ticks = {{.time = milliseconds{101}, .number = 1}};
+    const std::vector<SyncEdge> edges = {{.time = milliseconds{100}, .line = 2, .level = 1},
+                                         {.time = milliseconds{105}, .line = 2, .level = 0},
+                                         {.time = milliseconds{110}, .line = 2, .level = 1}};
+    ASSERT_TRUE((*sink)->write({.samples = samples, .edges = edges, .ticks = ticks}));
+    ASSERT_TRUE((*sink)->close());
+  }
+  const Hdf5Reader file(path);
+  EXPECT_EQ(file.numbers("/stimulus/presentation/depth/data").size(), 2U);
+  EXPECT_EQ(file.numbers("/intervals/sync/start_time"), Numbers{0.0});
+  EXPECT_EQ(file.numbers("/intervals/sync/stop_time"), Numbers{0.005});
 }
 
 /// Writes the commands to a new file and does not close it, as a kill.

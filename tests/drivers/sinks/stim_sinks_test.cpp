@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -33,17 +34,23 @@ SinkSetup stim_setup() {
     electrode.frequency_Hz = {0.0, 200.0};
     setup.run.encoding.electrodes.push_back(electrode);
   }
+  setup.run.encoding.stimulation.watchdog = milliseconds{200};
   return setup;
 }
 
-std::vector<StimulationCommand> commands() {
-  return {
+std::vector<SentCommand> commands() {
+  const std::vector<StimulationCommand> all = {
       {.time = std::chrono::nanoseconds{3'200'001},
        .amplitude_uA = 80.0,
        .electrode = 1,
        .kind = Kind::kPulse},
       {.time = milliseconds{10}, .amplitude_uA = 1.0 / 3.0, .frequency_Hz = 55.5, .heartbeat = 1},
       {.time = milliseconds{10}, .heartbeat = 1, .electrode = 1, .stop = Stop::kGap}};
+  std::vector<SentCommand> sent;
+  for (const StimulationCommand& each : all) {
+    sent.push_back({.command = each, .sent = milliseconds{500}, .valid_until = milliseconds{560}});
+  }
+  return sent;
 }
 
 TEST(StimCsvSink, WritesOneRowACommand) {
@@ -53,15 +60,16 @@ TEST(StimCsvSink, WritesOneRowACommand) {
     const auto sink = open_sink("stim-csv:" + path, stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_FALSE((*sink)->takes<SpikeEvent>());
-    ASSERT_TRUE((*sink)->write({.commands = commands()}));
+    ASSERT_TRUE((*sink)->write({.sent = commands()}));
     ASSERT_TRUE((*sink)->close());
   }
   std::ifstream file(path);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}),
-            "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n"
-            "0.003200001,E2,pulse,80,0,0,\n"
-            "0.010000000,E1,update,0.3333333333333333,55.5,1,\n"
-            "0.010000000,E2,update,0,0,1,gap\n");
+            "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop,sent_monotonic_ns,"
+            "valid_until_ns\n"
+            "0.003200001,E2,pulse,80,0,0,,500000000,560000000\n"
+            "0.010000000,E1,update,0.3333333333333333,55.5,1,,500000000,560000000\n"
+            "0.010000000,E2,update,0,0,1,gap,500000000,560000000\n");
 }
 
 TEST(StimSinks, ThoseWithThreadsOfATransportNameThem) {
@@ -154,7 +162,7 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   {
     const auto sink = open_sink(RedisServer::uri(), stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
-    ASSERT_TRUE((*sink)->write({.commands = commands()}));
+    ASSERT_TRUE((*sink)->write({.sent = commands()}));
     ASSERT_TRUE((*sink)->close());
   }
   EXPECT_EQ(RedisServer::cli("xlen stimulator"), "1\n");
@@ -167,6 +175,9 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   const std::string pulse = RedisServer::cli("xrange stimulator_pulses - +");
   EXPECT_TRUE(has(pulse, "electrode\nE2\n")) << pulse;
   EXPECT_TRUE(has(pulse, "time_ns\n3200001\n")) << pulse;
+  for (const std::string& entry : {update, pulse}) {
+    EXPECT_TRUE(has(entry, "sent_monotonic_ns\n500000000\nvalid_until_ns\n560000000\n")) << entry;
+  }
   const std::string state = RedisServer::cli("xrange stimulator_state - +");
   EXPECT_TRUE(has(state, "status\nNODE_STARTED\n")) << state;
   EXPECT_TRUE(has(state, "parameters\n{\"electrodes\":[{\"name\":\"E1\",")) << state;
@@ -177,18 +188,79 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
 TEST_F(RedisSinkTest, KeepsItsStreamsShort) {
   const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
-  for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write({.commands = commands()}));
+  for (int k = 0; k < 2000; ++k) ASSERT_TRUE((*sink)->write({.sent = commands()}));
   EXPECT_LT(std::stoi(RedisServer::cli("xlen stimulator")), 400);
 }
 
-TEST_F(RedisSinkTest, FailsWhenTheServerGoesAway) {
+/// A run that notes what the sink reports.
+class NotingRun final : public RunControl {
+ public:
+  void watch(std::span<const std::uint32_t> /*neurons*/) noexcept override {}
+  [[nodiscard]] bool tare(std::size_t /*probe*/) override { return false; }
+  void mark(const Mark& /*mark*/) override {}
+  void notice(const std::string& sentence) override { notices.push_back(sentence); }
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept override { return stimulation_; }
+  [[nodiscard]] Link link(std::size_t /*probe*/) const override { return Link::kConnected; }
+
+  std::vector<std::string> notices;
+
+ private:
+  StimulationSwitch stimulation_;
+};
+
+/// Writes until the sink reports that its receiver is there, or away.
+bool write_until(Sink& sink, bool away) {
+  for (int k = 0; k < 500; ++k) {
+    EXPECT_TRUE(sink.write({.sent = commands()}));
+    if (sink.interrupted() == away) return true;
+    std::this_thread::sleep_for(milliseconds{20});
+  }
+  return false;
+}
+
+TEST_F(RedisSinkTest, AfterARestartOfTheServerAnOffComesFirstAndTheRunGoesOn) {
+  NotingRun run;
   const auto sink = open_sink(RedisServer::uri(), stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
-  ASSERT_TRUE((*sink)->write({.commands = commands()}));
+  (*sink)->attach(run);
+  ASSERT_TRUE((*sink)->write({.sent = commands()}));
+  EXPECT_FALSE((*sink)->interrupted());
   server_->stop();
-  const auto written = (*sink)->write({.commands = commands()});
-  ASSERT_FALSE(written);
-  EXPECT_TRUE(has(written.error().sentence, "check the Redis server")) << written.error().sentence;
+  ASSERT_TRUE(write_until(**sink, true));
+  ASSERT_EQ(run.notices.size(), 1U);
+  EXPECT_TRUE(has(run.notices[0], "stimulation is over there")) << run.notices[0];
+  server_ = std::make_unique<RedisServer>();
+  ASSERT_TRUE(write_until(**sink, false));
+  EXPECT_EQ(run.notices.size(), 2U);
+  const std::string first = RedisServer::cli("xrange stimulator - + count 1");
+  EXPECT_TRUE(has(first, "amplitude_uA\n[0,0]\n")) << first;
+  EXPECT_TRUE(has(first, "stop\n[\"sink_failure\",\"sink_failure\"]\n")) << first;
+  EXPECT_TRUE(has(RedisServer::cli("xrange stimulator_state - +"), "NODE_STARTED"));
+  // Of the commands that came while it was away, none was written.
+  EXPECT_EQ(RedisServer::cli("xlen stimulator"), "2\n");
+  EXPECT_TRUE((*sink)->close());
+}
+
+TEST_F(RedisSinkTest, AServerThatIsOutOfMemoryGetsAnOffOnceItHasMemory) {
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->write({.sent = commands()}));
+  ASSERT_EQ(RedisServer::cli("config set maxmemory 1"), "OK\n");
+  ASSERT_TRUE(write_until(**sink, true));
+  ASSERT_EQ(RedisServer::cli("config set maxmemory 0"), "OK\n");
+  ASSERT_TRUE(write_until(**sink, false));
+  const std::string all = RedisServer::cli("xrange stimulator - +");
+  EXPECT_TRUE(has(all, "stop\n[\"sink_failure\",\"sink_failure\"]\n")) << all;
+}
+
+TEST_F(RedisSinkTest, SaysAtItsEndThatTheServerIsStillAway) {
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  server_->stop();
+  ASSERT_TRUE(write_until(**sink, true));
+  const auto closed = (*sink)->close();
+  ASSERT_FALSE(closed);
+  EXPECT_TRUE(has(closed.error().sentence, "check the Redis server")) << closed.error().sentence;
 }
 
 TEST(RedisSink, RefusesWithHowToWriteIt) {

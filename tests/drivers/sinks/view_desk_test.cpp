@@ -18,9 +18,12 @@ class WatchedRun final : public RunControl {
   }
   [[nodiscard]] bool tare(std::size_t /*probe*/) override { return false; }
   void mark(const Mark& /*mark*/) override {}
+  void notice(const std::string& /*sentence*/) override {}
+  [[nodiscard]] StimulationSwitch& stimulation() noexcept override { return stimulation_switch; }
   [[nodiscard]] Link link(std::size_t /*probe*/) const override { return Link::kConnected; }
 
   std::vector<std::vector<std::uint32_t>> watched;
+  StimulationSwitch stimulation_switch;
 };
 
 ViewRequest watch(std::vector<std::uint32_t> neurons) {
@@ -37,6 +40,32 @@ TEST(ViewDesk, NeuronsChosenBeforeTheRunExistsAreWatched) {
   EXPECT_EQ(run.watched, (std::vector<std::vector<std::uint32_t>>{{8, 13}}));
   desk.carry_out(watch({}));
   EXPECT_EQ(run.watched.back(), std::vector<std::uint32_t>{});
+}
+
+TEST(ViewDesk, AnyPageStopsStimulationAndOnlyOneWithTheTokenStartsIt) {
+  const auto stop = *ViewRequest::parse("stop");
+  const auto start = *ViewRequest::parse("start");
+  EXPECT_FALSE(stop.steers());
+  EXPECT_TRUE(start.steers());
+  ViewDesk desk(SinkSetup{}, false);
+  EXPECT_FALSE(desk.stopped());
+  WatchedRun run;
+  desk.attach(run);
+  desk.carry_out(stop);
+  EXPECT_TRUE(desk.stopped());
+  EXPECT_EQ(run.stimulation_switch.stopped(), StimulationSwitch::By::kPage);
+  desk.carry_out(start);
+  EXPECT_FALSE(desk.stopped());
+  EXPECT_EQ(run.stimulation_switch.stopped(), StimulationSwitch::By::kNone);
+}
+
+TEST(ViewDesk, AStopInAPlayedSessionStopsThePlayedCommands) {
+  SinkSetup setup;
+  setup.session = std::make_shared<SessionPosition>();
+  ViewDesk desk(setup, false);
+  desk.carry_out({.kind = ViewRequest::Kind::kStop});
+  EXPECT_EQ(setup.session->stimulation.stopped(), StimulationSwitch::By::kPage);
+  EXPECT_TRUE(desk.stopped());
 }
 
 TEST(ViewDesk, WatchesNothingUnasked) {

@@ -75,6 +75,65 @@ TEST(ProbeInputTaxels, FollowTheRuleOfTheContact) {
   expect(10, 1.0F, 1.0F, State::kHeld);
 }
 
+/// A probe whose ticks use the mean of their samples.
+class ProbeInputMean : public testing::Test {
+ protected:
+  void arrives(double time_ms, double force_mN, std::vector<float> taxels = {0.0F}) {
+    ASSERT_TRUE(channel_.try_push(
+        {.time = ms(time_ms), .force_mN = force_mN, .channels = ProbeSample::kForce}, taxels));
+  }
+  void expect(double time_ms, double force_mN, State state) {
+    const auto reading = input_.at(ms(time_ms));
+    EXPECT_NEAR(reading.contact.force_mN, force_mN, 1e-12) << "at " << time_ms << " ms";
+    EXPECT_EQ(reading.state, state) << "at " << time_ms << " ms";
+  }
+
+  ProbeChannel channel_{100, 1};
+  ProbeInput input_{channel_, {.stale_after = ms(5), .decimate = ProbeInput::Decimate::kMean}};
+};
+
+TEST_F(ProbeInputMean, ATickOfSeveralSamplesIsTheirMean) {
+  arrives(0, 9.0);
+  expect(0, 9.0, State::kFollowing);
+  arrives(0.25, 1.0, {10.0F});
+  arrives(0.5, 2.0, {20.0F});
+  EXPECT_FALSE(input_.ready_for(ms(1)));  // takes what there is, and waits for the rest
+  arrives(1, 6.0, {60.0F});
+  arrives(1.25, 100.0);
+  EXPECT_TRUE(input_.ready_for(ms(1)));
+  expect(1, 3.0, State::kFollowing);
+  EXPECT_FLOAT_EQ(input_.taxels()[0], 30.0F);
+}
+
+TEST_F(ProbeInputMean, FewerThanTwoSamplesInATickAreInterpolated) {
+  arrives(0, 1.0);
+  arrives(2.5, 3.5);
+  arrives(5, 3.5);
+  expect(0, 1.0, State::kFollowing);
+  expect(2, 3.0, State::kFollowing);
+  expect(3, 3.5, State::kFollowing);
+}
+
+TEST_F(ProbeInputMean, LateSamplesAndThoseBeforeTheFirstTickAreNotAveraged) {
+  arrives(-2, 50.0);
+  arrives(-1, 70.0);
+  expect(0, 70.0, State::kHeld);
+  arrives(-0.5, 1000.0);
+  arrives(0.5, 2.0);
+  arrives(1.0, 4.0);
+  expect(1, 3.0, State::kFollowing);
+  EXPECT_EQ(input_.counts().late, 1U);
+}
+
+TEST_F(ProbeInputMean, AReleasedProbeHasNoMean) {
+  arrives(0, 1.0);
+  expect(0, 1.0, State::kFollowing);
+  arrives(0.5, 2.0, {5.0F});
+  arrives(1.0, 4.0, {5.0F});
+  expect(10, 0.0, State::kReleased);
+  EXPECT_EQ(input_.taxels()[0], 0.0F);
+}
+
 TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
   ProbeChannel channel{4, 3};
   const std::vector<float> row(3, 1.0F);
@@ -86,20 +145,22 @@ TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
   EXPECT_TRUE(channel.try_push({.time = ms(9)}, row));
 }
 
-TEST(ProbeInputForce, TouchesFromTheThresholdToHalfOfIt) {
+TEST(ProbeInputForce, ASampleBelowTheThresholdDoesNotPress) {
   ProbeChannel channel{100};
-  ProbeInput input{channel, {.interpolate = false, .contact_N = 0.01}};
-  const double forces_mN[] = {3.0, 9.0, 10.0, 6.0, 5.0, 4.9, 9.0, -3.0, 12.0};
-  const double touching_mN[] = {0.0, 0.0, 10.0, 6.0, 5.0, 0.0, 0.0, -3.0, 12.0};
+  ProbeInput input{channel, {.interpolate = false, .contact = {.contact_N = 0.01}}};
+  const double forces_mN[] = {3.0, -3.0, 12.0};
+  const double pressing_mN[] = {0.0, -3.0, 12.0};
   for (std::size_t k = 0; k < std::size(forces_mN); ++k) {
-    const double time_ms = static_cast<double>(k);
-    ASSERT_TRUE(channel.try_push({.time = ms(time_ms),
-                                  .depth_mm = 1.0,
-                                  .force_mN = forces_mN[k],
-                                  .channels = ProbeSample::kForce | ProbeSample::kDepth}));
-    const ContactInput contact = input.at(ms(time_ms)).contact;
-    EXPECT_EQ(contact.force_mN, touching_mN[k]) << k;
-    EXPECT_EQ(contact.depth_mm, touching_mN[k] > 0.0 ? 1.0 : 0.0) << k;
+    ProbeSample sample{.time = ms(static_cast<double>(k)),
+                       .depth_mm = 1.0,
+                       .force_mN = forces_mN[k],
+                       .channels = ProbeSample::kForce | ProbeSample::kDepth};
+    sample.touch = k == 2 ? Touch::kTouching : Touch::kFree;
+    ASSERT_TRUE(channel.try_push(sample));
+    const ProbeInput::Reading reading = input.at(sample.time);
+    EXPECT_EQ(reading.contact.force_mN, pressing_mN[k]) << k;
+    EXPECT_EQ(reading.contact.depth_mm, k == 2 ? 1.0 : 0.0) << k;
+    EXPECT_EQ(reading.touch, sample.touch) << k;
   }
 }
 
@@ -119,7 +180,7 @@ TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
 
 TEST(ProbeInputForce, MayBeInverted) {
   ProbeChannel channel{10};
-  ProbeInput input{channel, {.invert_force = true}};
+  ProbeInput input{channel, {.contact = {.invert_force = true}}};
   ASSERT_TRUE(channel.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
   EXPECT_EQ(input.at(nanoseconds{0}).contact.force_mN, 590.0);
 }

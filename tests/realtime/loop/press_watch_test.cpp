@@ -17,7 +17,8 @@ DeepestPress watch(const std::vector<double>& depths_mm) {
   milliseconds begin{0};
   for (const double depth_mm : depths_mm) {
     deepest_mm = std::max(deepest_mm, depth_mm);
-    watch.observe({.depth_mm = depth_mm}, deepest_mm, begin, begin + milliseconds{1});
+    watch.observe({.depth_mm = depth_mm}, depth_mm > 0.0, deepest_mm, begin,
+                  begin + milliseconds{1});
     begin += milliseconds{1};
   }
   return watch.press();
@@ -42,7 +43,7 @@ TEST(PressWatch, TheRangeShowsSignOffsetAndFlicker) {
   PressWatch watch;
   milliseconds begin{0};
   const auto force = [&](double force_mN) {
-    watch.observe({.force_mN = force_mN}, 0.0, begin, begin + milliseconds{1});
+    watch.observe({.force_mN = force_mN}, force_mN > 0.0, 0.0, begin, begin + milliseconds{1});
     begin += milliseconds{1};
   };
   for (const double force_mN : {-590.0, 0.3, -0.3, 0.3, 0.0}) force(force_mN);

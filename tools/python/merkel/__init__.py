@@ -18,8 +18,9 @@ from ._merkel import connect as _connect
 from ._batch import Batch, Result, batch
 from ._fit import Fit, fit
 from ._streams import RecordedStream, load_streams
+from ._trials import Press, Trials, trials
 
-__all__ = ["Batch", "Bridge", "Device", "Error", "Fit", "Output", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "__version__", "batch", "connect", "fit", "load", "load_streams", "presets"]
+__all__ = ["Batch", "Bridge", "Device", "Error", "Fit", "Output", "Press", "RecordedStream", "Result", "Run", "Scene", "Session", "Stream", "Table", "Trials", "__version__", "batch", "connect", "fit", "load", "load_streams", "presets", "trials"]
 
 
 for _class in (Bridge, Run, Scene, Session, Stream):

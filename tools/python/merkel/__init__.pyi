@@ -69,6 +69,8 @@ class Run:
     @property
     def afferents(self) -> NDArray[np.void]: ...
     @property
+    def sync(self) -> NDArray[np.void]: ...
+    @property
     def stimulation(self) -> NDArray[np.void]:
         """(commands,) of time_s, electrode, kind, stop, amplitude_uA, frequency_Hz, heartbeat."""
     @property
@@ -108,6 +110,7 @@ class Stream:
         probe: int = ...,
     ) -> Output: ...
     def finish(self) -> Output: ...
+    def set_drive(self, electrode: str, amplitude: float, frequency: float | None = ...) -> None: ...
     @property
     def time_s(self) -> float | None: ...
 
@@ -122,6 +125,8 @@ class Bridge:
     @property
     def ended(self) -> bool: ...
     def stop(self) -> None: ...
+    def stop_stimulation(self) -> None: ...
+    def start_stimulation(self) -> None: ...
     def mark(self, label: str) -> None: ...
     def tare(self, probe: int | None = ...) -> bool: ...
     @property
@@ -219,6 +224,32 @@ def fit(
     evaluations: int = ...,
     cores: int | None = ...,
 ) -> Fit: ...
+
+class Press(NamedTuple):
+    """A press and the spikes of its trials. level is the mean over them; unit is "N" or "mm"."""
+    name: str
+    unit: str
+    time_s: NDArray[np.float64]
+    level: NDArray[np.float64]
+    spike_times_s: list[NDArray[np.float64]]
+    deviation: float
+
+class Trials(list[Press]):
+    def write(self, folder: str | PathLike[str], overwrite: bool = ...) -> str: ...
+
+def trials(
+    recordings: Any,
+    *,
+    force: str | None = ...,
+    depth: str | None = ...,
+    newtons_per_volt: float | None = ...,
+    mm_per_volt: float | None = ...,
+    spikes: str | None = ...,
+    tip: str = ...,
+    radius_mm: float = ...,
+    probe_diameter_mm: float | None = ...,
+    cite: str = ...,
+) -> Trials: ...
 class Device:
     @property
     def uri(self) -> str: ...

@@ -11,6 +11,7 @@
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel::python {
@@ -33,14 +34,16 @@ class BridgeObject::Outlet final : public Sink {
 
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
+    return kKinds<SpikeEvent, SentCommand, TickRecord>;
   }
-  [[nodiscard]] bool stimulates() const noexcept override { return true; }
   void attach(RunControl& control) override { bridge_.control_ = &control; }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     keep(batch.spikes, bridge_.unread_.spikes, bridge_.spikes_lost_);
     delivered_ += batch.spikes.size();
-    keep(batch.commands, bridge_.unread_.commands, bridge_.commands_lost_);
+    commands_.clear();
+    for (const SentCommand& sent : batch.sent) commands_.push_back(sent.command);
+    keep(std::span<const StimulationCommand>(commands_), bridge_.unread_.commands,
+         bridge_.commands_lost_);
     if (batch.ticks.empty()) return {};
     const std::lock_guard lock(bridge_.mutex_);
     const bool first = !bridge_.newest_;
@@ -72,6 +75,7 @@ class BridgeObject::Outlet final : public Sink {
   BridgeObject& bridge_;
   std::string uri_ = "python";
   std::uint64_t delivered_ = 0;
+  std::vector<StimulationCommand> commands_;
 };
 
 BridgeObject::BridgeObject(Scene scene, const Options& options)
@@ -156,6 +160,16 @@ void BridgeObject::stop() noexcept {
   pipeline_->request_stop();
   const std::lock_guard lock(ending_);
   if (thread_.joinable()) thread_.join();
+}
+
+void BridgeObject::stop_stimulation() {
+  check_process();
+  pipeline_->stimulation().stop(StimulationSwitch::By::kProgram);
+}
+
+void BridgeObject::start_stimulation() {
+  check_process();
+  pipeline_->stimulation().start();
 }
 
 bool BridgeObject::started(nanoseconds patience) {
@@ -282,6 +296,10 @@ block ends the run.)")
                              "True when the run is over and all its output has been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<GilRelease>(),
            "Ends the run and finishes its files. Unread output can still be read.")
+      .def("stop_stimulation", &BridgeObject::stop_stimulation,
+           "Switches all electrodes off within two updates, until start_stimulation().")
+      .def("start_stimulation", &BridgeObject::start_stimulation,
+           "Ends a stop, whoever stopped: amplitudes rise from 0 within the limits.")
       .def("mark", &mark, py::arg("label"),
            "Adds a mark with a one-line label at the current time to every session being recorded. "
            "Raises Error if the run is over or has not begun within 10 s.")
@@ -299,7 +317,7 @@ block ends the run.)")
          const std::vector<std::string>& sinks, std::optional<double> duration_s, bool overwrite,
          bool allow_remote, std::size_t most_unread) {
         Scene of_probe = scene.scene();
-        or_throw(of_probe.set_probes(probes));
+        or_throw(set_probes(of_probe, probes));
         const GilRelease no_gil;
         return BridgeHolder(new BridgeObject(std::move(of_probe),
                                              BridgeObject::Options{.sinks = sinks,

@@ -60,6 +60,9 @@ class BridgeObject {
   /// Ends the run and waits for its sinks. Any number of threads may call it at once.
   void stop() noexcept;
 
+  void stop_stimulation();
+  void start_stimulation();
+
   /// Waits for the first tick, for so long at most. False if there is none yet.
   [[nodiscard]] bool started(std::chrono::nanoseconds patience);
   /// Gives a mark to every sink that records marks, at the newest simulated time.

@@ -1,5 +1,6 @@
 // The Python module merkel: scenes, batch runs, the model a sample at a time, the real-time
 // pipeline and recorded sessions.
+#include <csignal>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "tools/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
 #include "tools/python/src/interpreter_exit.hpp"
@@ -168,6 +170,18 @@ PYBIND11_MODULE(_merkel, module) {
   add_bridge(module);
   add_session(module);
   add_fit(module);
+  module.def(
+      "_main",
+      [](const std::vector<std::string>& arguments) {
+        std::vector<std::string> words = arguments;
+        std::vector<char*> argv;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        std::signal(SIGINT, SIG_DFL);  // the program's own, not that of the interpreter
+        const py::gil_scoped_release released;
+        return run_merkel(static_cast<int>(words.size()), argv.data());
+      },
+      "The program merkel. The first argument is its name; returns the exit code");
   module.def(
       "presets", [] { return preset_names(); }, "Names of the presets.");
 }

@@ -23,6 +23,7 @@ void register_rows() {
   register_row<DeliveredSample>();
   register_row<TickRecord>();
   register_row<LoopEvent>();
+  register_row<SyncEdge>();
   register_row<StimulationCommand>();
 }
 

@@ -23,6 +23,7 @@ using SpikeRow = Row<SpikeEvent>;
 using SampleRow = Row<DeliveredSample>;
 using TickRow = Row<TickRecord>;
 using EventRow = Row<LoopEvent>;
+using EdgeRow = Row<SyncEdge>;
 using CommandRow = Row<StimulationCommand>;
 
 /// Makes the rows known to numpy. Call once, when the module is loaded.

@@ -20,6 +20,7 @@
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
+#include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
 
 namespace merkel::python {
@@ -117,7 +118,7 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   if (options.press.given() && !options.probes.empty()) {
     throw Error("pass either a press or a probe, not both");
   }
-  if (!options.probes.empty()) or_throw(scene.set_probes(options.probes));
+  if (!options.probes.empty()) or_throw(set_probes(scene, options.probes));
   if (options.seed) scene.set_seed(*options.seed);
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   const ReadFiles files;

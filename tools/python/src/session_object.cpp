@@ -50,7 +50,7 @@ SessionObject SessionObject::load(const std::string& path) {
     session.afferents = afferent_rows(session.scene->model);
     const auto& tips = session.scene->model.indenters;
     for (std::size_t i = 0; i < tips.size(); ++i) {
-      const std::size_t count = tips[i].prescribed() ? tips[i].taxels.size() : 0;
+      const std::size_t count = tips[i].taxels() != nullptr ? tips[i].taxels()->size() : 0;
       if (count == 0) continue;
       session.taxels[static_cast<std::uint32_t>(i)] = {
           .count = count, .now = std::vector<float>(count), .rows = {}};
@@ -75,6 +75,7 @@ SessionObject SessionObject::load(const std::string& path) {
       session.add_taxels(tick, blocks);
     }
     for (const LoopEvent& event : chunk.events) session.events.push_back(row_of(event, zero));
+    for (const SyncEdge& edge : chunk.edges) session.sync.push_back(row_of(edge, zero));
     for (const StimulationCommand& each : chunk.commands) {
       session.stimulation.push_back(row_of(each, zero));
     }
@@ -95,7 +96,8 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "samples", [](const SessionObject& session) { return array_of(session.samples); },
           "(samples,) of probe, time_s, arrival_s, depth_mm, force_N, x_mm, y_mm (NaN: not measured), sequence, "
-          "channels (bits: 1 depth, 2 force, 4 x, 8 y) and valid_for_s.")
+          "channels (bits: 1 depth, 2 force, 4 x, 8 y, 256 zero uncertain, 512 outside calibration) "
+          "valid_for_s, zero_N (subtracted from the measured force) and touch (0 undecided, 1 free, 2 touching).")
       .def_property_readonly(
           "extra",
           [](const SessionObject& session) {
@@ -108,7 +110,8 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "ticks", [](const SessionObject& session) { return array_of(session.ticks); },
           "(ticks × probes,) of what the loop used: number, probe, time_s (the tick's end), latency_s, "
-          "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended) and delay_s.")
+          "depth_mm, force_N, x_mm, y_mm, late, state (0 following, 1 held, 2 released, 3 ended), delay_s, "
+          "doubts (bits: 1 zero uncertain, 2 outside calibration) and touch (0 undecided, 1 free, 2 touching).")
       .def_property_readonly(
           "taxels",
           [](const SessionObject& session) {
@@ -128,6 +131,10 @@ void add_session(py::module_& module) {
       .def_property_readonly(
           "afferents", [](const SessionObject& session) { return array_of(session.afferents); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
+      .def_property_readonly(
+          "sync", [](const SessionObject& session) { return array_of(session.sync); },
+          "(edges,) of the devices' sync lines: time_s, probe (the first that the device feeds), line (from 1) and "
+          "level (1: high from here on).")
       .def_property_readonly(
           "stimulation", [](const SessionObject& session) { return array_of(session.stimulation); },
           "(commands,) for the scene's electrodes, as Run.stimulation.")

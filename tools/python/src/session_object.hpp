@@ -36,6 +36,7 @@ struct SessionObject {
   };
   std::map<std::uint32_t, Taxels> taxels;
   std::vector<EventRow> events;
+  std::vector<EdgeRow> sync;
   std::vector<CommandRow> stimulation;
   std::vector<AfferentRow> afferents;
   std::vector<std::pair<double, std::string>> marks;

@@ -36,6 +36,7 @@ class StreamObject {
   /// \throws Error
   [[nodiscard]] pybind11::tuple push(double time_s, const Reading& reading, std::size_t probe);
   [[nodiscard]] pybind11::tuple finish();
+  void set_drive(const std::string& electrode, double amplitude, std::optional<double> frequency);
   [[nodiscard]] std::optional<double> time_s() const;
 
  private:

@@ -89,7 +89,7 @@ void stiff_epidermis(std::vector<Trial>& rows) {
 /// Two cones under a slope: one contact splits in two, and they merge again. Each depth starts from
 /// the pressure of the one before; the force is compared with that of a cold start.
 void splits_and_merges(std::vector<Trial>& rows) {
-  const TipHeight cone = cone_height(140.0, 0.05);
+  const TipHeight cone = cone_height(20.0, 140.0, 0.05);
   const TipHeight twins = turned(
       [=](double x, double y) { return std::min(cone(x - 1.0, y), cone(x + 1.0, y)); }, 0.0, 8.0);
   const PixelGrid grid{.pixel_mm = 0.08, .columns = 61, .rows = 41};
@@ -113,9 +113,7 @@ Slide slide(double speed_mm_per_s) {
   constexpr Position kApex{15.0, 10.0};
   const SkinParameters skin{.radius_mm = 7.0, .radius_along_mm = 14.0, .apex = kApex};
   const Indenter dots{
-      .tip = Indenter::Tip::kDots,
-      .pin = {.diameter_mm = 1.0},
-      .shape = {.dots = {{0.0, 0.0}}, .edge_radius_mm = 0.2},
+      .tip = DotsTip{.centres = {{0.0, 0.0}}, .diameter_mm = 1.0, .edge_radius_mm = 0.2},
       .surface = {.slides = true, .relief_mm = 0.5, .period_x_mm = 3.2, .period_y_mm = 3.2}};
   SlidingContact moving(dots, skin, std::chrono::milliseconds(1), 0.0);
   SlidingContact still(dots, skin, std::chrono::milliseconds(1), 0.0);
@@ -174,8 +172,8 @@ Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolde
       "wide, of two cones against a cold start.\n\n| case | setting | iterations | converged | force error |\n|---|---|---|---|---|\n",
       kPressed_mm);
   for (const Trial& row : rows) {
-    table->row("\"" + row.what + "\"", {row.setting, static_cast<double>(row.iterations),
-                                        row.converged ? 1.0 : 0.0, row.error});
+    table->row({row.what}, {row.setting, static_cast<double>(row.iterations),
+                            row.converged ? 1.0 : 0.0, row.error});
     text += fmt::format("| {} | {} | {} | {} | {:+.2f} % |\n", row.what, row.setting,
                         row.iterations, row.converged ? "yes" : "no", 100.0 * row.error);
   }

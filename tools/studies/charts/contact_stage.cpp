@@ -75,7 +75,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
       "reached |\n|---|---|---|---|\n";
   const auto row = [&](const std::string& name, double parameter, double cost_s, double error,
                        std::size_t reached) {
-    table->row(name, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});
+    table->row({name}, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});
     text += fmt::format("| {}{} | {:.3g} | {:.2g} | {} |\n", name,
                         parameter > 0.0 ? fmt::format(" {:.0e}", parameter) : "", 1e6 * cost_s,
                         error, reached);

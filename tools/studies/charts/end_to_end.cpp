@@ -120,7 +120,7 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
       const double cost_us =
           1e6 * measure([&] { spikes = run(model, press.depth_mm); }, 3, 0.01).median_s / kTicks;
       const SpikeTrainError error = spike_train_error(spikes, reference);
-      table->row(std::string(press.name) + ",\"" + variant.name + "\"",
+      table->row({press.name, variant.name},
                  {variant.step_us, cost_us, error.rms_ms, error.median_ms, error.share_unmatched(),
                   static_cast<double>(spikes.size()), static_cast<double>(reference.size())});
       text += fmt::format("| {} | {:g} | {:.2f} | {:.2g} | {:.2g} | {:.1f} % |\n", variant.name,

@@ -136,7 +136,7 @@ MethodRows measure_method(IntegrationMethod method, Precision precision,
     const bool right = driven.resets == 0 && error.unmatched == 0;
     rows.known += rows.known.empty() ? "" : ", ";
     rows.known += right ? fmt::format("{:.3g}", 1e3 * error.rms_ms) : "kInfinite";
-    table.row(fmt::format("{},{}", name_of(method), name_of(precision)),
+    table.row({name_of(method), name_of(precision)},
               {step_us, cost, error.rms_ms, driven.resets > 0 ? 1.0 : error.share_unmatched()});
     if (step_us > 100.0 || step_us < 10.0) continue;
     rows.report += right ? fmt::format(" {:.0f} µs → {:.2g} ms |", cost, error.rms_ms)
@@ -159,7 +159,7 @@ std::string measure_cvode([[maybe_unused]] const std::vector<SpikeEvent>& refere
     const double tolerance = std::pow(10.0, -power);
     const CvodeRun run = run_cvode(tolerance);
     const SpikeTrainError error = spike_train_error(run.spikes, reference);
-    table.row("cvode,double", {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
+    table.row({"cvode", "double"}, {tolerance, run.cost_us, error.rms_ms, error.share_unmatched()});
     text += fmt::format("| 1e-{} | {:.0f} µs | {:.2g} ms |\n", power, run.cost_us, error.rms_ms);
   }
   return text;

@@ -12,6 +12,8 @@
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/solver/press_tables.hpp"
+#include "core/contact/solver/rigid_contact.hpp"
+#include "core/contact/solver/tip_heights.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
@@ -122,7 +124,7 @@ std::vector<Case> cases(const SkinParameters& skin) {
          return huber_stress(hertz.at_depth(kDepth_mm), skin.poisson_ratio, r_mm,
                              skin.receptor_depth_mm);
        }},
-      {"cone", cone_height(kConeAngle_deg, 0.0), kDepth_mm / slope,
+      {"cone", cone_height(20.0, kConeAngle_deg, 0.0), kDepth_mm / slope,
        2.0 * modulus * kDepth_mm * kDepth_mm / (std::numbers::pi * slope)},
       plate_on_finger(modulus),
       exact_sphere(modulus),
@@ -171,7 +173,7 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                               warm = solver.press(depth_mm, kAccuracy);
                             }).median_s;
       const double error = cold.force_mN / each.force_mN - 1.0;
-      table->row(each.name,
+      table->row({each.name},
                  {static_cast<double>(across), error, energy, static_cast<double>(cold.iterations),
                   1e3 * cold_s, static_cast<double>(warm.iterations), 1e3 * warm_s});
       text += fmt::format("| {} | {}² | {:+.2f} % | {} | {} | {:.2f} | {} | {:.2f} |\n", each.name,

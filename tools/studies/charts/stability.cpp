@@ -75,7 +75,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
             drive_neurons({currents[i]}, kSearch_ms, method, Precision::kDouble, step_us);
         const Outcome outcome =
             outcome_of(static_cast<int>(driven.spikes.size()), expected[i], driven.resets > 0);
-        table->row(names[k], {step_us, currents[i], 0.0, static_cast<double>(outcome)});
+        table->row({names[k]}, {step_us, currents[i], 0.0, static_cast<double>(outcome)});
         if (currents[i] == 10.0) right[0] = outcome == kRight;
         if (currents[i] <= 60.0) right[1] = right[1] && outcome == kRight;
       }
@@ -87,7 +87,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
         const int spikes = static_cast<int>(driven.spikes.size());
         const bool close = std::abs(spikes - expected_on_grid[i]) <= 5 + expected_on_grid[i] / 10;
         const Outcome outcome = driven.resets > 0 ? kDiverged : close ? kRight : kWrongCount;
-        table->row(names[k], {step_us, 0.0, gains[i], static_cast<double>(outcome)});
+        table->row({names[k]}, {step_us, 0.0, gains[i], static_cast<double>(outcome)});
         if (gains[i] == 0.1) right[2] = outcome == kRight;
         if (gains[i] == 25.0) right[3] = outcome == kRight;
       }

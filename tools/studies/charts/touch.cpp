@@ -40,7 +40,7 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
     parameters.patches[0].patch = skin.patch;
     parameters.patches[0].receptors.count = skin.receptors;
     parameters.network.gain = 0.0;
-    parameters.indenters[0].radius_mm = 5.0;
+    parameters.indenters[0].tip = SphereTip{5.0};
     // An equal current per receptor would silence large patches and block small ones.
     parameters.transduction.alpha_uA_per_cm2 =
         22.5 * skin.patch.subregions() / static_cast<double>(skin.receptors);

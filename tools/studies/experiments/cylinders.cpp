@@ -82,10 +82,9 @@ ExperimentOutcome turned_cylinders(const TactileModel::Parameters& scene, std::s
   std::vector<std::optional<ParameterError>> errors(found.size());
   for_each_item(found.size(), threads, [&](std::size_t /*worker*/, std::size_t k) {
     Indenter indenter;
-    indenter.tip = Indenter::Tip::kCylinder;
-    indenter.radius_mm = 1e3 / cylinders[k / n].curvature_per_m;
-    indenter.shape.length_mm = kCylinder_mm;
-    indenter.shape.orientation_deg = 90.0 + angles_deg[k % n];  // from the finger's axis
+    indenter.tip =
+        CylinderTip{.radius_mm = 1e3 / cylinders[k / n].curvature_per_m, .length_mm = kCylinder_mm};
+    indenter.orientation_deg = 90.0 + angles_deg[k % n];  // from the finger's axis
     indenter.control = Indenter::Control::kForce;
     auto afferents = PressedAfferents::create(scene, indenter, places, kRidgeTrials);
     if (!afferents) {

@@ -17,9 +17,6 @@ std::string accepted(const ExperimentFigure& figure) {
                                      : fmt::format("{:g} to {:g}", figure.least, figure.most);
 }
 
-std::string in_quotes(const char* text) { return std::string("\"") + text + "\""; }
-std::string in_quotes(const std::string& text) { return in_quotes(text.c_str()); }
-
 }  // namespace
 
 Expected<std::string, SetupError> report_experiments(const TactileModel::Parameters& scene,
@@ -51,16 +48,13 @@ Expected<std::string, SetupError> report_experiments(const TactileModel::Paramet
           std::isfinite(figure.model) ? fmt::format("{:.2f}", figure.model) : "–";
       text += fmt::format("| {} | {} | {} | {} | {} |\n", figure.name, model, figure.recorded,
                           accepted(figure), figure.matches() ? "yes" : "**no**");
-      figures->row(in_quotes(experiment.name) + "," + in_quotes(figure.name) + "," +
-                       in_quotes(figure.recorded),
+      figures->row({experiment.name, figure.name, figure.recorded},
                    {figure.model, figure.least, figure.most, figure.matches() ? 1.0 : 0.0});
     }
     text += "\n";
     for (const ExperimentCurve& curve : result->curves) {
       for (std::size_t i = 0; i < curve.x.size(); ++i) {
-        curves->row(in_quotes(experiment.name) + "," + in_quotes(experiment.title) + "," +
-                        in_quotes(curve.series) + "," + in_quotes(curve.x_name) + "," +
-                        in_quotes(curve.y_name),
+        curves->row({experiment.name, experiment.title, curve.series, curve.x_name, curve.y_name},
                     {curve.x[i], curve.model[i],
                      curve.recorded.empty() ? std::numeric_limits<double>::quiet_NaN()
                                             : curve.recorded[i]});

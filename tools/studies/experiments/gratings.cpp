@@ -37,9 +37,8 @@ struct PressedRow {
 
   void run(const TactileModel::Parameters& scene) {
     Indenter surface = surface_for_depth(1.1 * (depth_mm + amplitude_mm), kGroove_mm);
-    surface.tip = Indenter::Tip::kBars;
-    surface.bars = bars;
-    surface.shape.orientation_deg = direction == BarDirection::kAlong ? 90.0 : 0.0;
+    surface.tip = bars;
+    surface.orientation_deg = direction == BarDirection::kAlong ? 90.0 : 0.0;
     auto afferents = PressedAfferents::create(scene, surface, kAtApex, kGratingTrials);
     if (!afferents) {
       error = afferents.error();

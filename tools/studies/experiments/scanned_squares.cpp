@@ -62,9 +62,8 @@ struct ScanPass {
 ScanPass rectangle(const TactileModel::Parameters& scene, double width_mm, double length_mm,
                    double orientation_deg) {
   ScanPass pass{.pattern = surface_for_force(scene, kScanForce_mN, kScanRelief_mm)};
-  pass.pattern.tip = Indenter::Tip::kBars;
-  pass.pattern.bars = {.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm};
-  pass.pattern.shape.orientation_deg = orientation_deg;
+  pass.pattern.tip = BarTip{.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm};
+  pass.pattern.orientation_deg = orientation_deg;
   pass.from_mm = -(0.5 * width_mm + 3.0) / std::cos(orientation_deg * std::numbers::pi / 180.0);
   return pass;
 }
@@ -86,9 +85,8 @@ ScanPass surrounded(const TactileModel::Parameters& scene, double radius_mm) {
     }
   }
   ScanPass pass{.pattern = surface_for_force(scene, kScanForce_mN, kScanRelief_mm)};
-  pass.pattern.tip = Indenter::Tip::kShape;
-  pass.pattern.shape.map = std::make_shared<const HeightMap>(std::move(map));
-  pass.pattern.shape.pixel_mm = kPixel_mm;
+  pass.pattern.tip =
+      ShapeTip{.pixel_mm = kPixel_mm, .map = std::make_shared<const HeightMap>(std::move(map))};
   pass.from_mm = -5.0;
   return pass;
 }

@@ -29,8 +29,8 @@ ExperimentOutcome spheres_on_human_fingers(const TactileModel::Parameters& scene
     if (i >= conditions) unit.adaptation.gain_Hz_per_kPa *= 0.5;
     const double curvature = curvatures_per_m[condition % curvatures_per_m.size()];
     Stimulus stimulus;
-    stimulus.indenter.radius_mm =
-        curvature > 0.0 ? 1e3 / curvature : std::numeric_limits<double>::infinity();
+    stimulus.indenter.tip =
+        SphereTip{curvature > 0.0 ? 1e3 / curvature : std::numeric_limits<double>::infinity()};
     stimulus.indenter.control = Indenter::Control::kForce;
     stimulus.level = units::mN_from_N(kN_per_gwt * forces_gwt[condition / curvatures_per_m.size()]);
     auto trials = Trials::create(unit, stimulus, kTrials);

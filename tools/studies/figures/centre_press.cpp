@@ -89,11 +89,11 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
       for (std::size_t n = 0; n < patch.rate_hz.size(); ++n) {
         const auto neuron = static_cast<double>(n + 1);
         if (seed == 1) {
-          rates->row(sets[set],
+          rates->row({sets[set]},
                      {neuron, patch.receptors[n], patch.mean_distance_mm[n], patch.rate_hz[n]});
         }
-        draws->row(sets[set], {static_cast<double>(seed), neuron, patch.receptors[n],
-                               patch.mean_distance_mm[n], patch.rate_hz[n]});
+        draws->row({sets[set]}, {static_cast<double>(seed), neuron, patch.receptors[n],
+                                 patch.mean_distance_mm[n], patch.rate_hz[n]});
       }
     }
     report += fmt::format("| {} | {} | {} | {} | {} of {} | {} of {} |\n", sets[set],

@@ -22,8 +22,8 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options)
       "(mm) | a/R | √(Rd)/h | exact sphere/Hertz | layer/Hertz |\n|---|---|---|---|---|---|\n";
   for (const double radius : {2.0, 5.0}) {
     const SphereLaw hertz({}, radius);
-    const TipField sphere({.radius_mm = radius}, {.contact_law = ContactLaw::kSneddon});
-    const TipField layer({.radius_mm = radius}, {.thickness_mm = kThickness_mm});
+    const TipField sphere({.tip = SphereTip{radius}}, {.contact_law = ContactLaw::kSneddon});
+    const TipField layer({.tip = SphereTip{radius}}, {.thickness_mm = kThickness_mm});
     for (int i = 0; i <= 40; ++i) {
       const double depth = 0.05 * i;
       const double base = hertz.at_depth(depth).force_mN;

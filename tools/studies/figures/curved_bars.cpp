@@ -25,15 +25,15 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
       "middle and under an edge.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
       "|\n|---|---|---|---|---|\n";
   for (const double width : {1.0, 3.0}) {
-    const Indenter tip{.tip = Indenter::Tip::kBars,
-                       .bars = {.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0}};
+    const BarTip bar{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};
+    const Indenter tip{.tip = bar};
     const TipField field(tip, skin);
     for (const double depth : {0.3, 0.7, 1.5}) {
       const reference::FlatTipBoundaryElements elements(
           {.reduced_modulus_kPa = material.reduced_modulus_kPa(),
            .poisson_ratio = skin.poisson_ratio,
            .width_mm = width,
-           .length_mm = tip.bars.length_mm,
+           .length_mm = bar.length_mm,
            .skin_radius_mm = skin.radius_mm,
            .skin_radius_along_mm = skin.finger_along_mm(),
            .depth_mm = depth});

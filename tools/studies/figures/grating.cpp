@@ -39,7 +39,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
   const SigmoidTransduction transduction;
-  const TipField field({.tip = Indenter::Tip::kBars, .bars = tip}, skin);
+  const TipField field({.tip = tip}, skin);
 
   std::vector<double> x;
   std::vector<double> energy;

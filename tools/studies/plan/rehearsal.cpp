@@ -18,22 +18,21 @@ constexpr std::chrono::milliseconds kBeforeTouch{20};
 
 /// Simulates what a device would send.
 std::string stand_in_for(const Scene& scene, std::size_t probe) {
-  const Indenter& tip = scene.model.indenters[probe];
-  if (!tip.prescribed()) return "sim:ramp";
-  const std::string count = std::to_string(tip.taxels.size());
-  return tip.taxels.listed.empty() ? "sim:pad?columns=" + std::to_string(tip.taxels.columns) +
-                                         "&rows=" + std::to_string(tip.taxels.rows) +
-                                         "&pitch_mm=" + shortest_decimal(tip.taxels.pitch_mm)
-                                   : "sim:pad?rows=1&columns=" + count;
+  const TaxelArray* const taxels = scene.model.indenters[probe].taxels();
+  if (taxels == nullptr) return "sim:ramp";
+  const std::string count = std::to_string(taxels->size());
+  return taxels->listed.empty() ? "sim:pad?columns=" + std::to_string(taxels->columns) +
+                                      "&rows=" + std::to_string(taxels->rows) +
+                                      "&pitch_mm=" + shortest_decimal(taxels->pitch_mm)
+                                : "sim:pad?rows=1&columns=" + count;
 }
-
-bool touches(const ProbeSample& sample) { return sample.depth_mm > 0.0 || sample.force_mN > 0.0; }
 
 }  // namespace
 
 /// The samples of a probe up to `most` after its first touch.
-std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(Probe& probe,
-                                                                 std::chrono::nanoseconds most) {
+std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(
+    Probe& probe, const ContactDecision::Parameters& parameters, std::chrono::nanoseconds most) {
+  ContactDecision contact(parameters, true);
   std::vector<Recorded> all;
   Readings readings = probe.readings();
   std::optional<std::chrono::nanoseconds> touched;
@@ -41,8 +40,9 @@ std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(Probe& probe,
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return all;
     for (std::size_t i = 0; i < *count; ++i) {
-      const auto sample = readings.sample(i);
+      auto sample = readings.sample(i);
       if (!sample) continue;
+      contact.decide(*sample);
       Recorded& recorded = all.emplace_back(Recorded{.sample = *sample, .taxels = {}});
       for (const double kPa : readings.taxels(i)) {
         recorded.taxels.push_back(static_cast<float>(kPa));
@@ -68,9 +68,10 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
     auto probe = open_device(*source);
     if (!probe) return Unexpected<SetupError>(probe.error());
     const bool depth = ((*probe)->info().channels & ProbeSample::kDepth) != 0U;
-    scene.model.indenters[i].control = scene.probes[i].control.value_or(
+    ContactDecision::Parameters& contact = scene.probes[i].input.contact;
+    scene.model.indenters[i].control = contact.control = scene.probes[i].control.value_or(
         depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
-    const auto& samples = recording.samples_.emplace_back(samples_of(**probe, most));
+    const auto& samples = recording.samples_.emplace_back(samples_of(**probe, contact, most));
     recording.inputs_.push_back(scene.probes[i].input);
     for (const Recorded& each : samples) {
       if (touches(each.sample)) touch = std::min(touch, each.sample.time - kBeforeTouch);
@@ -109,13 +110,13 @@ Rehearsal ProbeRecording::at(std::chrono::nanoseconds tick) const {
   rehearsal.tick = tick;
   for (auto time = start_ + tick; time <= end_; time += tick) {
     Rehearsal::Tick made;
+    bool touched = false;
     for (ProbeInput& input : inputs) {
-      made.contacts.push_back(input.at(time).contact);
+      const ProbeInput::Reading reading = input.at(time);
+      made.contacts.push_back(reading.contact);
+      touched = touched || reading.touch == Touch::kTouching;
       made.taxels.emplace_back(input.taxels().begin(), input.taxels().end());
     }
-    const bool touched =
-        std::any_of(made.contacts.begin(), made.contacts.end(),
-                    [](const ContactInput& c) { return c.depth_mm > 0.0 || c.force_mN > 0.0; });
     rehearsal.untouched += touched ? 0 : 1;
     rehearsal.ticks.push_back(std::move(made));
   }

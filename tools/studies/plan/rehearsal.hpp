@@ -44,7 +44,9 @@ class ProbeRecording {
     ProbeSample sample;
     std::vector<float> taxels;
   };
-  static std::vector<Recorded> samples_of(Probe& probe, std::chrono::nanoseconds most);
+  static std::vector<Recorded> samples_of(Probe& probe,
+                                          const ContactDecision::Parameters& parameters,
+                                          std::chrono::nanoseconds most);
 
   std::vector<std::vector<Recorded>> samples_;  ///< by probe
   std::vector<ProbeInput::Parameters> inputs_;

@@ -1,6 +1,7 @@
 #include "tools/studies/report/csv_table.hpp"
 
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/files/column_text.hpp"
 
 namespace merkel {
 namespace {
@@ -30,8 +31,14 @@ void CsvTable::row(std::initializer_list<double> values) {
   static_cast<void>(file_.write(joined(values) + "\n"));
 }
 
-void CsvTable::row(const std::string& label, std::initializer_list<double> values) {
-  static_cast<void>(file_.write(label + "," + joined(values) + "\n"));
+void CsvTable::row(std::initializer_list<std::string_view> texts,
+                   std::initializer_list<double> values) {
+  std::string line;
+  for (const std::string_view text : texts) {
+    append_field(line, text);
+    line += ',';
+  }
+  static_cast<void>(file_.write(line + joined(values) + "\n"));
 }
 
 Expected<void, SetupError> CsvTable::close() {

@@ -2,6 +2,7 @@
 
 #include <initializer_list>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/expected.hpp"
@@ -17,8 +18,8 @@ class CsvTable {
                                                              bool overwrite);
   /// Appends a row; its numbers read back to the same doubles.
   void row(std::initializer_list<double> values);
-  /// Appends a row that starts with a text field.
-  void row(const std::string& label, std::initializer_list<double> values);
+  /// Appends a row that starts with text fields.
+  void row(std::initializer_list<std::string_view> texts, std::initializer_list<double> values);
   [[nodiscard]] Expected<void, SetupError> close();
 
  private:

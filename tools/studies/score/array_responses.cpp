@@ -58,8 +58,7 @@ Expected<std::vector<FieldArea>, ParameterError> field_areas(const TactileModel:
     return found;
   }
   Stimulus stimulus;
-  stimulus.indenter.tip = Indenter::Tip::kPin;
-  stimulus.indenter.pin.diameter_mm = areas.array.diameter_mm;
+  stimulus.indenter.tip = PinTip{.diameter_mm = areas.array.diameter_mm};
   auto model = Trials::create(scene, stimulus, trials);
   if (!model) return Unexpected<ParameterError>(model.error());
   const double none = answer_of(stimulus, model->run(stimulus)).value;

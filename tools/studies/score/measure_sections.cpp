@@ -14,13 +14,13 @@ void read_tip(JsonFields& fields, Indenter& indenter) {
   const std::string tip = fields.text("tip");
   if (tip.empty() || tip == "sphere") {
     if (const Json* const radius = fields.find("radius_mm"); radius != nullptr) {
-      indenter.radius_mm = radius->is_string() && radius->get<std::string>() == "inf"
-                               ? std::numeric_limits<double>::infinity()
-                               : JsonFields::number_of(*radius, fields.full("radius_mm"), false);
+      indenter.tip =
+          SphereTip{radius->is_string() && radius->get<std::string>() == "inf"
+                        ? std::numeric_limits<double>::infinity()
+                        : JsonFields::number_of(*radius, fields.full("radius_mm"), false)};
     }
   } else if (tip == "pin") {
-    indenter.tip = Indenter::Tip::kPin;
-    indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+    indenter.tip = PinTip{.diameter_mm = fields.number("probe_diameter_mm", 1.0)};
   } else if (tip == "bars") {
     static_cast<void>(read_bars(fields, indenter));
   } else {

@@ -73,7 +73,7 @@ void read_curvature_force(JsonFields fields, const std::string& cite, Recordings
                 .points = {}};
     const auto rates = series(values, field, curvature.size(), "curvature_per_m");
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      stimulus.indenter.radius_mm = radius_of_curvature_mm(curvature[i]);
+      stimulus.indenter.tip = SphereTip{radius_of_curvature_mm(curvature[i])};
       set.points.push_back({.x = curvature[i], .measured = rates[i], .stimulus = stimulus});
     }
     recordings.sets.push_back(std::move(set));
@@ -86,7 +86,7 @@ void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings&
   const double curvature =
       JsonFields::number_of(fields.need("curvature_per_m"), fields.full("curvature_per_m"));
   Stimulus base;
-  base.indenter.radius_mm = radius_of_curvature_mm(curvature);
+  base.indenter.tip = SphereTip{radius_of_curvature_mm(curvature)};
   read_timing(fields, base);
   if (const std::string direction = fields.text("direction"); !direction.empty()) {
     if (direction != "along" && direction != "across") {
@@ -116,8 +116,7 @@ void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings&
 }
 
 double read_bars(JsonFields& fields, Indenter& indenter) {
-  indenter.tip = Indenter::Tip::kBars;
-  BarTip& bars = indenter.bars;
+  BarTip& bars = indenter.tip.emplace<BarTip>();
   bars.gaps_mm.clear();
   double middle_mm = 0.0;
   std::string given = "bar_widths_mm";
@@ -155,7 +154,9 @@ double read_bars(JsonFields& fields, Indenter& indenter) {
     }
   }
   bars.length_mm = fields.number("bar_length_mm", 20.0);
-  if (const auto checked = bars.check(); !checked) {
+  ParameterCheck all;
+  bars.check({}, all);
+  if (const auto checked = all.fields(bars).result(); !checked) {
     const std::string key = checked.error().key.substr(checked.error().key.find('.') + 1);
     refuse_field(fields.full(key == "bar_length_mm" || given == "bar_widths_mm" ? key : given),
                  checked.error().reason);
@@ -191,8 +192,7 @@ void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& re
 
 void read_vibration(JsonFields fields, const std::string& cite, Recordings& recordings) {
   Stimulus base;
-  base.indenter.tip = Indenter::Tip::kPin;
-  base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+  base.indenter.tip = PinTip{.diameter_mm = fields.number("probe_diameter_mm", 1.0)};
   base.level = fields.number("pre_indentation_mm", 0.0, true);
   read_timing(fields, base);
   base.settle_s = base.level > 0.0 ? base.ramp_s + fields.number("settle_s", 0.3, true)
@@ -228,10 +228,10 @@ void read_vibration(JsonFields fields, const std::string& cite, Recordings& reco
 void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings& recordings) {
   Stimulus base;
   if (fields.find("curvature_per_m") != nullptr) {
-    base.indenter.radius_mm = radius_of_curvature_mm(fields.number("curvature_per_m", 0.0, true));
+    base.indenter.tip =
+        SphereTip{radius_of_curvature_mm(fields.number("curvature_per_m", 0.0, true))};
   } else {
-    base.indenter.tip = Indenter::Tip::kPin;
-    base.indenter.pin.diameter_mm = fields.number("probe_diameter_mm", 1.0);
+    base.indenter.tip = PinTip{.diameter_mm = fields.number("probe_diameter_mm", 1.0)};
   }
   base.count_s = fields.number("count_s", 1.0);
   base.decline_from_s = fields.number("from_s", 0.0, true);

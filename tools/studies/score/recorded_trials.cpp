@@ -86,12 +86,16 @@ std::string number(double value, int decimals) {
   return std::isfinite(value) ? fmt::format("{:.{}f}", value, decimals) : "–";
 }
 
-std::string distances(const RecordedTrials& set, const Trains& model) {
+/// The distances of the model from the recorded trials, and of these from each other: the
+/// yardstick.
+std::string distances(const RecordedTrials& set, const Trains& model, CsvTable& table) {
   std::string text =
       "| spike distance | model to recorded | recorded to recorded |\n|---|---|---|\n";
   const auto add = [&](const std::string& name, auto distance) {
-    text += "| " + name + " | " + number(mean_distance(model, set.spikes_s, distance), 2) + " | " +
-            number(mean_distance(set.spikes_s, set.spikes_s, distance), 2) + " |\n";
+    const double of_model = mean_distance(model, set.spikes_s, distance);
+    const double of_recorded = mean_distance(set.spikes_s, set.spikes_s, distance);
+    text += "| " + name + " | " + number(of_model, 2) + " | " + number(of_recorded, 2) + " |\n";
+    table.row({set.name, name}, {of_model, of_recorded});
   };
   using Train = std::vector<double>;
   add(fmt::format("Victor–Purpura, cost {:g}/s", set.cost_per_s),
@@ -141,7 +145,7 @@ double write_psth(const RecordedTrials& set, const Trains& model, CsvTable& tabl
   for (double begin = 0.0; begin < set.trace->duration_s(); begin += set.bin_s) {
     recorded.push_back(rate_in(set.spikes_s, begin, begin + set.bin_s));
     simulated.push_back(rate_in(model, begin, begin + set.bin_s));
-    table.row("\"" + set.name + "\"", {begin + 0.5 * set.bin_s, recorded.back(), simulated.back()});
+    table.row({set.name}, {begin + 0.5 * set.bin_s, recorded.back(), simulated.back()});
   }
   double squares = 0.0;
   double total = 0.0;
@@ -211,6 +215,10 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
   auto press =
       CsvTable::create(folder.path(kTrialTables[2]), "set,unit,time_s,level", folder.overwrite);
   if (!press) return Unexpected<SetupError>(press.error());
+  auto apart =
+      CsvTable::create(folder.path(kTrialTables[3]),
+                       "set,distance,model_to_recorded,recorded_to_recorded", folder.overwrite);
+  if (!apart) return Unexpected<SetupError>(apart.error());
   std::string text;
   for (const RecordedTrials& set : recordings.trials) {
     Stimulus whole = set.stimulus;
@@ -222,7 +230,7 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     const auto add = [&](const char* source, const Trains& trains) {
       for (std::size_t k = 0; k < trains.size(); ++k) {
         for (const double time : trains[k]) {
-          spikes->row("\"" + set.name + "\"," + source, {static_cast<double>(k + 1), time});
+          spikes->row({set.name, source}, {static_cast<double>(k + 1), time});
         }
       }
     };
@@ -230,16 +238,16 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     add("model", model);
     const bool force = set.trace->control() == Indenter::Control::kForce;
     for (double t = 0.0; t <= set.trace->duration_s(); t += 0.005) {
-      press->row("\"" + set.name + "\"," + (force ? "N" : "mm"),
+      press->row({set.name, force ? "N" : "mm"},
                  {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
     }
     const double r2 = write_psth(set, model, *psth);
     text += fmt::format("### {}: {} recorded trials, {} of the model\n\n", set.name,
                         set.spikes_s.size(), model.size());
-    text += phase_table(set, model) + distances(set, model) + locking(set, model);
+    text += phase_table(set, model) + distances(set, model, *apart) + locking(set, model);
     text += fmt::format("- PSTH in bins of {:g} ms: R² = {}\n\n", 1e3 * set.bin_s, number(r2, 3));
   }
-  for (CsvTable* const table : {&*spikes, &*psth, &*press}) {
+  for (CsvTable* const table : {&*spikes, &*psth, &*press, &*apart}) {
     if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   }
   return text;

@@ -18,10 +18,12 @@ namespace merkel {
                                                      const std::string& folder);
 
 /// The tables that score_trials() writes.
-inline constexpr const char* kTrialTables[] = {"trials.csv", "psth.csv", "press.csv"};
+inline constexpr const char* kTrialTables[] = {"trials.csv", "psth.csv", "press.csv",
+                                               "distances.csv"};
 
 /// Compares the model's afferent with the recorded ones under every recorded press: rates by phase,
-/// PSTH, spike distances and phase locking. Writes trials.csv (all spikes), psth.csv and press.csv.
+/// PSTH, spike distances and phase locking. Writes trials.csv (all spikes), psth.csv, press.csv and
+/// distances.csv.
 /// \return Markdown
 [[nodiscard]] Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& scene,
                                                              const Recordings& recordings,

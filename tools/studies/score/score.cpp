@@ -75,7 +75,8 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
   std::size_t done = 0;
   for_each_item(points.size(), threads, [&](std::size_t worker, std::size_t i) {
     const Stimulus& stimulus = points[i].point->stimulus;
-    if (std::isinf(stimulus.indenter.radius_mm) && std::isinf(scene.skin.radius_mm)) {
+    if (stimulus.indenter.sphere() != nullptr &&
+        std::isinf(stimulus.indenter.sphere()->radius_mm) && std::isinf(scene.skin.radius_mm)) {
       points[i].skipped = true;
       return;
     }

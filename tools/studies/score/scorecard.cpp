@@ -189,14 +189,12 @@ class Scorecard {
     if (!table) return Unexpected<SetupError>(table.error());
     for (const SetScore& score : scores) {
       const DataSet& set = *score.set;
-      sets->row("\"" + set.name + "\"",
-                {static_cast<double>(set.points.size() - score.skipped), score.rmse, score.r2,
-                 score.R2, fitted_to(set) ? 1.0 : 0.0});
+      sets->row({set.name}, {static_cast<double>(set.points.size() - score.skipped), score.rmse,
+                             score.r2, score.R2, fitted_to(set) ? 1.0 : 0.0});
       for (std::size_t i = 0; i < set.points.size(); ++i) {
         if (!std::isfinite(score.predicted[i])) continue;  // skipped
-        table->row(
-            "\"" + set.name + "\"," + set.section + "," + set.x_name,
-            {set.points[i].x, set.points[i].measured, score.predicted[i], score.count_sd[i]});
+        table->row({set.name, set.section, set.x_name}, {set.points[i].x, set.points[i].measured,
+                                                         score.predicted[i], score.count_sd[i]});
       }
     }
     if (auto closed = sets->close(); !closed) return closed;
@@ -223,8 +221,7 @@ class Scorecard {
           }
         }
         for (std::size_t k = 0; k < bins.size(); ++k) {
-          table->row("\"" + score.set->name + "\"," + shortest_decimal(point.x) + "," +
-                         unit_of_level(*score.set),
+          table->row({score.set->name, shortest_decimal(point.x), unit_of_level(*score.set)},
                      {(static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
                       bins[k] / (kBin_s * static_cast<double>(times.size()))});
         }

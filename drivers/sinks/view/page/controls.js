@@ -16,6 +16,8 @@ export class Controls {
       byId('mark-label').value = '';
     });
     byId('record').addEventListener('click', () => send('record', this.recording ? 'stop' : 'start'));
+    byId('stop').addEventListener('click', () => send('stop'));
+    byId('start').addEventListener('click', () => send('start'));
     byId('play').addEventListener('click', () => send(this.still ? 'play' : 'pause'));
     const slider = byId('seek');
     slider.addEventListener('input', () => { this.dragging = true; this.#showPlace(Number(slider.value)); });
@@ -26,6 +28,7 @@ export class Controls {
     this.scene = scene;
     byId('controls').hidden = !scene.control;
     byId('session').hidden = !scene.session;
+    byId('stimulation').hidden = !scene.electrodes.length;
     byId('tare-probe').replaceChildren(...scene.probes.map((probe, i) => new Option(probe.name, i)));
     if (scene.probes.length > 1) byId('tare-probe').append(new Option('all probes', 'all'));
     byId('tare-probe').hidden = scene.probes.length < 2;
@@ -37,6 +40,9 @@ export class Controls {
     this.still = frame.still;
     setAttribute(byId('record'), 'aria-pressed', frame.recording);
     setText(byId('record'), frame.recording ? 'Stop recording' : 'Record');
+    byId('stop').disabled = frame.stopped;
+    setText(byId('stop'), frame.stopped ? 'Stimulation stopped' : 'Stop stimulation');
+    byId('start').hidden = !(frame.stopped && this.scene.control);
     setText(byId('play'), frame.still ? 'Play' : 'Pause replay');
     for (const item of frame.news) if (item.kind === 'notice') this.#notice(item.label);
     if (this.scene.session && !this.dragging) { byId('seek').value = frame.t; this.#showPlace(frame.t); }

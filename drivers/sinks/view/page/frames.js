@@ -1,6 +1,6 @@
 // Decodes a frame; view_frames.hpp describes the format.
 
-const kOver = 1, kDiscard = 2, kRecording = 4, kStill = 8;
+const kOver = 1, kDiscard = 2, kRecording = 4, kStill = 8, kStopped = 16;
 
 class Reader {
   constructor(buffer) { this.view = new DataView(buffer); this.at = 0; }
@@ -27,9 +27,7 @@ export function readFrame(buffer, scene) {
     const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32() };
     const state = r.u32();
     const taxels = r.list(() => r.f32());
-    // An array presses without a depth.
-    const touching = probe.depth > 0 || taxels.some((kPa) => kPa > 0);
-    return { ...probe, state: state & 255, link: state >> 8, taxels, touching };
+    return { ...probe, state: state & 3, uncertain: (state & 64) !== 0, touching: (state & 128) !== 0, link: state >> 8, taxels };
   });
   const points = r.list(() => ({
     t: t - r.f32(), state: r.u32(), values: probes.flatMap(() => [r.f32(), r.f32() * 1e-3]),
@@ -47,6 +45,7 @@ export function readFrame(buffer, scene) {
     missed, number, origin_s, from, t, probes, points, spikes, latency, watched, electrodes,
     over: (flags & kOver) !== 0, discard: (flags & kDiscard) !== 0,
     recording: (flags & kRecording) !== 0, still: (flags & kStill) !== 0,
+    stopped: (flags & kStopped) !== 0,
     counters: Object.fromEntries(scene.counters.map(({ name }, i) => [name, counters[i]])),
     news: text ? JSON.parse(text) : [],
   };

@@ -85,6 +85,9 @@ export function healthOf({ socket, scene, frame, trend, heldFor_s }) {
   if (socket === 'connecting' || !frame) return { level: 'warn', title: 'Connecting', advice: 'Waiting for the first data.' };
   const problem = ofProbes(scene, frame, heldFor_s) ?? ofMachine(trend);
   if (problem) return problem;
+  if (frame.stopped) return { level: 'warn', title: 'Stimulation stopped', advice: 'All electrodes are off until it is started again.' };
+  const uncertain = scene.probes.filter((probe, i) => frame.probes[i].uncertain);
+  if (uncertain.length) return { level: 'warn', title: 'Zero uncertain', advice: `The force of ${quoted(uncertain.map((p) => p.name))} may be drift, and stimulation is suspended: lift the probe, or tare it.` };
   if (frame.still) return { level: 'over', title: 'Replay paused', advice: 'Press Play to continue; drag the slider to seek.' };
   const touching = scene.probes.filter((probe, i) => frame.probes[i].touching);
   const what = scene.session ? 'Replay' : 'Connected';

@@ -123,6 +123,10 @@ export class History {
   #addNews(item) {
     if (item.kind === 'gap') this.spans.push({ from: item.t, to: item.t + item.length_s, kind: 'gap', label: 'ticks skipped' });
     if (item.kind === 'mark') this.spans.push({ from: item.t, to: item.t, kind: 'mark', label: item.label });
+    if (item.kind === 'zero_uncertain') {
+      const label = `${this.scene.probes[item.subject].name}: zero uncertain, stimulation suspended`;
+      this.spans.push({ from: item.t, to: item.t, kind: 'mark', label });
+    }
     if (item.kind === 'neuron_reset') this.spans.push({ from: item.t, to: item.t, kind: 'mark', label: `afferent ${item.subject} reset` });
   }
 

@@ -19,6 +19,7 @@ import { Sound } from './sound.js';
 import { Trace } from './trace.js';
 
 const kNumbers_ms = 100;     // between new numbers: faster than anyone reads
+const kLit_ms = 120;           // of the sync line's light
 const kCounters_ms = 500;
 const kCalm_ms = 500;        // between pictures, if the browser requests reduced motion
 const kStalled_ms = 3000;    // without a frame: several periods of the slowest rate
@@ -93,6 +94,7 @@ class Page {
     if (frame.discard && this.paused) this.togglePause();
     this.history.add(frame, this.paused ? this.paused.t : frame.t);
     this.trend.add(frame);
+    this.#showPulses(frame.news.filter(({ kind }) => kind === 'sync').length);
     this.electrodes.take(frame, this.paused ? this.paused.t : frame.t);
     frame.probes.forEach((probe, i) => { this.heldSince[i] = probe.state === 1 ? this.heldSince[i] ?? frame.t : null; });
     if (!this.paused) this.order.follow(frame.probes);
@@ -100,6 +102,18 @@ class Page {
     if (this.paused && frame.t > this.paused.t + kKept_s) this.togglePause();
     this.controls.show(frame);
     this.#request();
+  }
+
+  /// The light of the sync line: on for a moment at each pulse.
+  #showPulses(pulses) {
+    if (pulses === 0) return;
+    const light = byId('sync');
+    this.pulses = (this.pulses ?? 0) + pulses;
+    light.hidden = false;
+    setAttribute(light, 'title', `${this.pulses} pulses of the sync line`);
+    setAttribute(light, 'data-on', 1);
+    clearTimeout(this.lit);
+    this.lit = setTimeout(() => setAttribute(light, 'data-on', 0), kLit_ms);
   }
 
   time() {

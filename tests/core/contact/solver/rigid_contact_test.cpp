@@ -102,7 +102,7 @@ TEST(RigidContact, TheRimOfAFlatEndActsWhereItIs) {
 TEST(RigidContact, AConeIsSneddons) {
   for (const double angle : {120.0, 150.0}) {
     const double slope = 1.0 / std::tan(0.5 * angle * pi / 180.0);
-    RigidContact solver = contact(cone_height(angle, 0.0), 0.05, 61, 61);
+    RigidContact solver = contact(cone_height(20.0, angle, 0.0), 0.05, 61, 61);
     const double depth = 0.6 * slope;
     EXPECT_NEAR(
         solver.press(depth, kFine).force_mN / (2.0 * kSkinModulus * depth * depth / (pi * slope)),
@@ -137,7 +137,7 @@ TEST(RigidContact, TheMiddleOfALongCylinderOrWedgeIsPlane) {
   EXPECT_NEAR(round.half_width_mm, b, 0.08);
   EXPECT_NEAR(round.peak_kPa / (2.0 * round.force_mN_per_mm / (pi * b)), 1.0, 0.01);
 
-  RigidContact wedge = contact(wedge_height(150.0, 40.0, 0.0), 0.08, 41, 501);
+  RigidContact wedge = contact(wedge_height(20.0, 40.0, 150.0, 0.0), 0.08, 41, 501);
   EXPECT_TRUE(wedge.press(0.5, kFine).converged);
   const Line sharp = middle_of(wedge);
   const double slope = 1.0 / std::tan(75.0 * pi / 180.0);
@@ -180,7 +180,7 @@ TEST(RigidContact, AWarmStartNeedsFewerIterationsAndGivesTheSame) {
 
 TEST(RigidContact, ContactThatSplitsAndMergesConverges) {
   // Two cones under a slope that decides which touches first.
-  const TipHeight cone = cone_height(140.0, 0.05);
+  const TipHeight cone = cone_height(20.0, 140.0, 0.05);
   for (const double tilt : {-8.0, 0.0, 8.0}) {
     const TipHeight twins =
         turned([=](double x, double y) { return std::min(cone(x - 1.0, y), cone(x + 1.0, y)); },

@@ -1,0 +1,325 @@
+#include "drivers/clock/pulse_match.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "core/parameters/parameter_error.hpp"
+
+namespace merkel {
+namespace {
+
+using Nanoseconds = std::chrono::nanoseconds;
+
+constexpr double kLargestDrift = 1e-3;     ///< of one clock against the other
+constexpr double kRateWalk = 1e-14;        ///< variance of the drift that a second adds
+constexpr std::size_t kFewestPulses = 8;   ///< that must match
+constexpr std::size_t kSeedIntervals = 3;  ///< a place is tried if these are alike
+constexpr std::size_t kMostSeeds = 1024;
+constexpr std::size_t kMostPlaces = 64;  ///< of a seed; more: it tells nothing
+constexpr std::size_t kBlock = 16;       ///< pulses
+constexpr std::uint32_t kUnmatched = UINT32_MAX;
+
+/// A number with at most three decimals.
+std::string thousandths(double value) { return shortest_decimal(std::round(1e3 * value) / 1e3); }
+
+/// Times in s from the first one.
+std::vector<double> seconds_of(std::span<const Nanoseconds> times) {
+  std::vector<double> all;
+  all.reserve(times.size());
+  for (const Nanoseconds each : times) {
+    all.push_back(1e-9 * static_cast<double>((each - times.front()).count()));
+  }
+  return all;
+}
+
+/// An interval than which one in ten is shorter.
+double short_interval(const std::vector<double>& times) {
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  const auto tenth = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 10);
+  std::nth_element(intervals.begin(), tenth, intervals.end());
+  return *tenth;
+}
+
+/// Follows the time of one clock on the other: a Kalman filter of offset and drift.
+class ClockFollower {
+ public:
+  ClockFollower(double x, double y, double drift, double drift_sigma, double tolerance)
+      : x_(x), y_(y), drift_(drift), noise_(tolerance * tolerance / 9.0), tolerance_(tolerance) {
+    yy_ = noise_;
+    dd_ = drift_sigma * drift_sigma;
+  }
+
+  void go_to(double x) {
+    const double step = x - x_;
+    x_ = x;
+    y_ += (1.0 + drift_) * step;
+    yy_ += 2.0 * step * yd_ + step * step * dd_;
+    yd_ += step * dd_;
+    dd_ += kRateWalk * std::fabs(step);
+  }
+  void see(double y) {
+    const double error = y - y_;
+    const double gain_y = yy_ / (yy_ + noise_);
+    const double gain_d = yd_ / (yy_ + noise_);
+    y_ += gain_y * error;
+    drift_ += gain_d * error;
+    dd_ -= gain_d * yd_;
+    yd_ *= 1.0 - gain_y;
+    yy_ *= 1.0 - gain_y;
+  }
+  [[nodiscard]] double expected() const { return y_; }
+  [[nodiscard]] double gate() const { return tolerance_ + 3.0 * std::sqrt(yy_); }
+  [[nodiscard]] double drift() const { return drift_; }
+
+ private:
+  double x_;
+  double y_;
+  double drift_;
+  double noise_;
+  double tolerance_;
+  double yy_ = 0.0;
+  double yd_ = 0.0;
+  double dd_ = 0.0;
+};
+
+/// The partners of the pulses `x` among `y`, where one pair of them is assumed.
+struct Placement {
+  std::vector<std::uint32_t> partner;
+  std::size_t matched = 0;
+  double drift = 0.0;
+
+  /// Pulses that have the same partner in another one.
+  [[nodiscard]] std::size_t agreeing(const Placement& other) const {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < partner.size(); ++i) {
+      count += partner[i] != kUnmatched && partner[i] == other.partner[i] ? 1U : 0U;
+    }
+    return count;
+  }
+  [[nodiscard]] std::size_t total_within(std::size_t begin, std::size_t end) const {
+    return static_cast<std::size_t>(
+        std::count_if(partner.begin() + static_cast<std::ptrdiff_t>(begin),
+                      partner.begin() + static_cast<std::ptrdiff_t>(end),
+                      [](std::uint32_t each) { return each != kUnmatched; }));
+  }
+};
+
+/// Goes on from a pair in one direction, until the other sequence ends or nothing fits any more.
+void extend(const std::vector<double>& x, const std::vector<double>& y, std::size_t i,
+            std::size_t j, bool forward, double drift_sigma, double tolerance,
+            Placement& placement) {
+  ClockFollower clock(x[i], y[j], placement.drift, drift_sigma, tolerance);
+  std::size_t missed = 0;
+  std::size_t next = j;  // the last partner
+  const std::size_t matched_before = placement.matched;
+  while (forward ? ++i < x.size() : i-- > 0) {
+    clock.go_to(x[i]);
+    const double expected = clock.expected();
+    if (expected < y.front() - clock.gate() || expected > y.back() + clock.gate()) break;
+    const auto after =
+        static_cast<std::size_t>(std::lower_bound(y.begin(), y.end(), expected) - y.begin());
+    std::size_t best = after;
+    if (after == y.size() || (after > 0 && expected - y[after - 1] < y[after] - expected)) {
+      best = after - 1;
+    }
+    const bool in_order = forward ? best > next : best < next;
+    if (!in_order || std::fabs(y[best] - expected) > clock.gate()) {
+      if (++missed > 2 * kBlock + placement.matched - matched_before) break;
+      continue;
+    }
+    placement.partner[i] = static_cast<std::uint32_t>(best);
+    ++placement.matched;
+    next = best;
+    clock.see(y[best]);
+  }
+  placement.drift = clock.drift();
+}
+
+Placement place(const std::vector<double>& x, const std::vector<double>& y, std::size_t i,
+                std::size_t j, double tolerance) {
+  Placement placement{.partner = std::vector<std::uint32_t>(x.size(), kUnmatched)};
+  placement.partner[i] = static_cast<std::uint32_t>(j);
+  placement.matched = 1;
+  extend(x, y, i, j, true, kLargestDrift, tolerance, placement);
+  const bool known = placement.matched > 2 * kBlock;
+  if (!known) placement.drift = 0.0;
+  extend(x, y, i, j, false, known ? 1e-5 : kLargestDrift, tolerance, placement);
+  return placement;
+}
+
+/// Looks for the places of `x` in `y`, whose pulses are at least as many.
+class PlaceSearch {
+ public:
+  PlaceSearch(const std::vector<double>& x, const std::vector<double>& y, double tolerance)
+      : x_(x), y_(y), tolerance_(tolerance) {
+    for (std::size_t j = 1; j < y.size(); ++j) by_length_.emplace_back(y[j] - y[j - 1], j - 1);
+    std::sort(by_length_.begin(), by_length_.end());
+  }
+
+  void run() {
+    const std::size_t starts = x_.size() - kSeedIntervals;
+    const std::size_t seeds = std::min(starts, kMostSeeds);
+    for (std::size_t k = 0; k < seeds; ++k)
+      try_seed(k * (starts - 1) / std::max(seeds - 1, std::size_t{1}));
+  }
+  /// All that were tried; the most matches first.
+  [[nodiscard]] std::vector<Placement>& placements() {
+    std::stable_sort(placements_.begin(), placements_.end(),
+                     [](const auto& a, const auto& b) { return a.matched > b.matched; });
+    return placements_;
+  }
+  /// Most of the seeds fit in too many places.
+  [[nodiscard]] bool regular() const { return 2 * regular_ > tried_; }
+
+ private:
+  void try_seed(std::size_t i) {
+    ++tried_;
+    const auto slack = [&](double length) { return 2.0 * tolerance_ + kLargestDrift * length; };
+    const double first = x_[i + 1] - x_[i];
+    std::vector<std::size_t> places;
+    auto each = std::lower_bound(by_length_.begin(), by_length_.end(),
+                                 std::pair(first - slack(first), std::size_t{0}));
+    for (; each != by_length_.end() && each->first <= first + slack(first); ++each) {
+      const std::size_t j = each->second;
+      bool alike = j + kSeedIntervals < y_.size();
+      for (std::size_t k = 1; alike && k < kSeedIntervals; ++k) {
+        const double here = x_[i + k + 1] - x_[i + k];
+        alike = std::fabs(y_[j + k + 1] - y_[j + k] - here) <= slack(here);
+      }
+      if (!alike) continue;
+      places.push_back(j);
+      if (places.size() > kMostPlaces) {
+        ++regular_;
+        return;
+      }
+    }
+    for (const std::size_t j : places) {
+      const bool known = std::any_of(placements_.begin(), placements_.end(),
+                                     [&](const Placement& other) { return other.partner[i] == j; });
+      if (known) continue;
+      Placement placement = place(x_, y_, i, j, tolerance_);
+      const bool same =
+          std::any_of(placements_.begin(), placements_.end(), [&](const Placement& other) {
+            return 2 * placement.agreeing(other) > placement.matched;
+          });
+      if (placement.matched >= kFewestPulses && !same) placements_.push_back(std::move(placement));
+    }
+  }
+
+  const std::vector<double>& x_;
+  const std::vector<double>& y_;
+  double tolerance_;
+  std::vector<std::pair<double, std::size_t>> by_length_;  ///< intervals of y, with their begin
+  std::vector<Placement> placements_;
+  std::size_t tried_ = 0;
+  std::size_t regular_ = 0;
+};
+
+/// The pulses of one sequence within the time of the other, by a line through the matched ones.
+std::pair<std::size_t, std::size_t> common_part(const std::vector<double>& x,
+                                                const std::vector<double>& y,
+                                                const std::pair<double, double>& first,
+                                                const std::pair<double, double>& last,
+                                                double tolerance) {
+  const double pace = (last.second - first.second) / (last.first - first.first);
+  const auto place_of = [&](double time) { return first.first + (time - first.second) / pace; };
+  const auto begin = std::lower_bound(x.begin(), x.end(), place_of(y.front()) - tolerance);
+  const auto end = std::upper_bound(x.begin(), x.end(), place_of(y.back()) + tolerance);
+  return {static_cast<std::size_t>(begin - x.begin()), static_cast<std::size_t>(end - x.begin())};
+}
+
+}  // namespace
+
+Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from,
+                                               std::span<const Nanoseconds> to,
+                                               Nanoseconds tolerance) {
+  using Failure = Unexpected<std::string>;
+  if (std::min(from.size(), to.size()) < kFewestPulses) {
+    return Failure("there are " + std::to_string(from.size()) + " pulses and " +
+                   std::to_string(to.size()) + ", and a match needs at least " +
+                   std::to_string(kFewestPulses));
+  }
+  const bool swapped = to.size() < from.size();
+  const std::vector<double> x = seconds_of(swapped ? to : from);
+  const std::vector<double> y = seconds_of(swapped ? from : to);
+  const double most =
+      std::min(1e-9 * static_cast<double>(tolerance.count()),
+               std::min(short_interval(x), short_interval(y)) / static_cast<double>(kFewestPulses));
+  PlaceSearch search(x, y, most);
+  search.run();
+  const std::vector<Placement>& found = search.placements();
+  if (found.empty() || found.front().matched < kFewestPulses) {
+    if (search.regular()) {
+      return Failure(
+          "the intervals of the pulses are too alike to tell one place from another: use pulses at "
+          "irregular intervals");
+    }
+    return Failure("no place fits: no " + std::to_string(kFewestPulses) +
+                   " pulses have the same intervals to within " + thousandths(1e3 * most) + " ms");
+  }
+  const Placement& best = found.front();
+  std::vector<std::pair<double, double>> pairs;
+  PulseMatch match;
+  match.tolerance = Nanoseconds{std::llround(1e9 * most)};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (best.partner[i] == kUnmatched) continue;
+    const std::size_t j = best.partner[i];
+    pairs.emplace_back(x[i], y[j]);
+    match.pairs.push_back({.from = from[swapped ? j : i], .to = to[swapped ? i : j]});
+  }
+  const auto [begin, end] = common_part(x, y, pairs.front(), pairs.back(), most);
+  std::vector<std::pair<double, double>> back;
+  const auto flip = [](const auto& pair) { return std::pair(pair.second, pair.first); };
+  const auto [y_begin, y_end] = common_part(y, x, flip(pairs.front()), flip(pairs.back()), most);
+  match.total = swapped ? y_end - y_begin : end - begin;
+  match.total_other = swapped ? end - begin : y_end - y_begin;
+  const std::size_t common = std::min(match.total, match.total_other);
+  if (found.size() > 1 && 2 * found[1].matched > best.matched) {
+    std::size_t both = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (best.partner[i] != kUnmatched && found[1].partner[i] != kUnmatched) ++both;
+    }
+    if (4 * both > found[1].matched) {
+      return Failure("two places fit, with " + std::to_string(best.matched) + " and " +
+                     std::to_string(found[1].matched) +
+                     " matching pulses: use pulses at irregular intervals");
+    }
+  }
+  if (2 * best.matched < common) {
+    return Failure("no place fits: at best " + std::to_string(best.matched) + " of " +
+                   std::to_string(common) + " pulses have the same intervals to within " +
+                   thousandths(1e3 * most) + " ms");
+  }
+  // At an end of the common time, both have pulses, and they do not match: a clock has jumped.
+  std::size_t good_begin = end;
+  std::size_t good_end = begin;
+  for (std::size_t i = begin; i < end; i += kBlock) {
+    const std::size_t stop = std::min(i + kBlock, end);
+    if (2 * best.total_within(i, stop) < stop - i) continue;
+    good_begin = std::min(good_begin, i);
+    good_end = stop;
+  }
+  const auto misses = [&](std::size_t a, std::size_t b) {
+    const std::size_t others =
+        static_cast<std::size_t>(std::count_if(y.begin(), y.end(), [&](double time) {
+          const double pace = (pairs.back().second - pairs.front().second) /
+                              (pairs.back().first - pairs.front().first);
+          const double place = pairs.front().first + (time - pairs.front().second) / pace;
+          return a < b && place >= x[a] && place <= x[b - 1];
+        }));
+    return b - std::min(a, b) > 2 * kBlock && others > 2 * kBlock;
+  };
+  if (misses(begin, good_begin) || misses(good_end, end)) {
+    return Failure("they match only over " + thousandths(x[good_end - 1] - x[good_begin]) +
+                   " s of " + thousandths(x[end - 1] - x[begin]) +
+                   " s: one recorder was stopped and started again, or its clock has jumped; cut "
+                   "the file of pulses there, and align each part");
+  }
+  return match;
+}
+
+}  // namespace merkel

@@ -1,0 +1,179 @@
+#include "drivers/spike_files/pulse_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "drivers/files/csv_text.hpp"
+#include "drivers/files/input_file.hpp"
+#include "drivers/files/line_reader.hpp"
+#include "drivers/files/npy_file.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sessions/session_samples.hpp"
+
+namespace merkel {
+namespace {
+
+using std::chrono::nanoseconds;
+using Path = std::filesystem::path;
+
+constexpr double kLargestTime_s = 4e9;
+
+std::optional<nanoseconds> time_of_s(double time_s) {
+  if (!(std::fabs(time_s) <= kLargestTime_s)) return std::nullopt;
+  return nanoseconds{std::llround(time_s * 1e9)};
+}
+
+/// The power of ten of a header's unit; empty for another text.
+std::optional<int> power_of_header(std::string_view name) {
+  for (const auto& [known, power] : {std::pair<std::string_view, int>{"time_s", 0},
+                                     {"time_ms", -3},
+                                     {"time_us", -6},
+                                     {"time_ns", -9},
+                                     {"time", 0},
+                                     {"timestamp", 0},
+                                     {"timestamps", 0}}) {
+    if (name == known) return power;
+  }
+  return std::nullopt;
+}
+
+Expected<PulseFile, SetupError> read_text_pulses(const std::string& path) {
+  auto lines = LineReader::open(path);
+  if (!lines) return Unexpected<SetupError>(lines.error());
+  PulseFile file{.format = "times", .lines = {}};
+  std::vector<nanoseconds>& times = file.lines[1];
+  std::optional<int> power;
+  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
+  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
+    std::string_view row = lines->line();
+    if (row.empty() || row.starts_with('#')) continue;
+    const std::string_view field = row.substr(0, row.find_first_of(",; \t"));
+    if (!power) {
+      power = power_of_header(field);
+      if (power) continue;
+      power = 0;
+    }
+    const auto time_s = parse_number(field, *power);
+    const auto time = time_s ? time_of_s(*time_s) : std::nullopt;
+    if (!time) {
+      return bad_input(lines->where() +
+                       "this is not the time of a pulse: expected a number in s in the first "
+                       "column, or a header time_s, time_ms, time_us or time_ns");
+    }
+    times.push_back(*time);
+  }
+  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  return file;
+}
+
+/// The sample rate of a folder of events, as structure.oebin above it says; 0: it does not.
+double rate_of_events(const Path& folder) {
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 24U;
+  const Path whole = std::filesystem::absolute(folder).lexically_normal();
+  for (Path above = whole.parent_path(); above != above.parent_path();
+       above = above.parent_path()) {
+    std::error_code ignored;
+    const Path structure = above / "structure.oebin";
+    if (!std::filesystem::is_regular_file(structure, ignored)) continue;
+    const auto text = read_whole_file(structure.string(), "recording", kMaxBytes);
+    const auto json = text ? nlohmann::json::parse(*text, nullptr, false) : nlohmann::json();
+    if (!json.is_object() || !json.contains("events") || !json["events"].is_array()) return 0.0;
+    for (const auto& each : json["events"]) {
+      if (!each.is_object() || !each.contains("folder_name") || !each["folder_name"].is_string() ||
+          !each.contains("sample_rate") || !each["sample_rate"].is_number()) {
+        continue;
+      }
+      const Path named = above / "events" / each["folder_name"].get<std::string>();
+      const auto no_slash = [](const Path& path) {
+        std::string name = path.lexically_normal().string();
+        while (name.ends_with('/')) name.pop_back();
+        return name;
+      };
+      if (no_slash(named) == no_slash(whole)) return each["sample_rate"].get<double>();
+    }
+    return 0.0;
+  }
+  return 0.0;
+}
+
+Expected<PulseFile, SetupError> read_open_ephys(const Path& folder, const Path& times_file) {
+  std::error_code ignored;
+  const Path states_file = std::filesystem::exists(folder / "states.npy", ignored)
+                               ? folder / "states.npy"
+                               : folder / "channel_states.npy";  // before version 0.6
+  const auto states = read_npy(states_file.string());
+  if (!states) return Unexpected<SetupError>(states.error());
+  const auto times = read_npy(times_file.string());
+  if (!times) return Unexpected<SetupError>(times.error());
+  if (times->values.size() != states->values.size()) {
+    return bad_input(times_file.string() + " has " + std::to_string(times->values.size()) +
+                     " values, but " + states_file.string() + " has " +
+                     std::to_string(states->values.size()) + ": are they of one recording?");
+  }
+  double rate_Hz = 1.0;
+  if (times->whole) {
+    rate_Hz = rate_of_events(folder);
+    if (!(rate_Hz > 0.0)) {
+      return bad_input(times_file.string() +
+                       " counts samples, and no structure.oebin above it gives their rate: keep "
+                       "the folders of the recording together, or write the times in s into a CSV "
+                       "file");
+    }
+  }
+  PulseFile file{.format = "Open Ephys", .lines = {}};
+  for (std::size_t i = 0; i < times->values.size(); ++i) {
+    const double state = states->values[i];
+    const auto time = time_of_s(times->values[i] / rate_Hz);
+    if (!time || !(std::fabs(state) <= UINT16_MAX)) {
+      return bad_input(times_file.string() + ": the event " + std::to_string(i + 1) +
+                       " has an impossible time or state: the files are damaged");
+    }
+    if (state >= 1.0) file.lines[static_cast<std::uint32_t>(state)].push_back(*time);
+  }
+  return file;
+}
+
+Expected<PulseFile, SetupError> read_session_pulses(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  session->read_only({SessionStream::Id::kSync});
+  PulseFile file{.format = "session", .lines = {}};
+  SessionChunk chunk;
+  for (;;) {
+    const auto more = session->next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) return file;
+    for (const SyncEdge& edge : chunk.edges) {
+      if (edge.level == 1) file.lines[edge.line].push_back(edge.time);
+    }
+  }
+}
+
+}  // namespace
+
+Expected<PulseFile, SetupError> read_pulse_file(const std::string& path) {
+  std::error_code ignored;
+  const Path file(path);
+  const bool folder = std::filesystem::is_directory(file, ignored);
+  auto read = [&]() -> Expected<PulseFile, SetupError> {
+    if (folder) return read_open_ephys(file, file / "timestamps.npy");
+    if (file.extension() == ".npy") return read_open_ephys(file.parent_path(), file);
+    if (SessionSamples::is_session(path)) return read_session_pulses(path);
+    return read_text_pulses(path);
+  }();
+  if (!read) return read;
+  for (auto& [line, times] : read->lines) {
+    std::sort(times.begin(), times.end());
+    times.erase(std::unique(times.begin(), times.end()), times.end());
+  }
+  return read;
+}
+
+}  // namespace merkel

@@ -1,0 +1,35 @@
+"""Each guide's commands run as they are printed, in an empty folder: guides_test.py MERKEL [GUIDES]
+
+Checks that each `--out` and `--sink` of a guide gave a file, and that at most five commands are needed.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = pathlib.Path(sys.argv[1]).absolute()
+GUIDES = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parents[2] / "tools/guides")
+MOST_COMMANDS = 5
+
+
+class Guides(unittest.TestCase):
+    def test_the_commands_of_each_guide_work_as_printed(self):
+        guides = sorted(GUIDES.glob("*.md"))
+        self.assertGreaterEqual(len(guides), 4)
+        for guide in guides:
+            script = "\n".join(re.findall(r"^```sh\n(.*?)^```$", guide.read_text(), re.MULTILINE | re.DOTALL))
+            with self.subTest(guide.name), tempfile.TemporaryDirectory() as folder:
+                self.assertLessEqual(len(script.splitlines()), MOST_COMMANDS)
+                run = subprocess.run(["bash", "-euc", script + "\nkill $(jobs -p) 2>/dev/null || true"], cwd=folder,
+                                     env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"},
+                                     capture_output=True, text=True, timeout=280)
+                self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+                for name in re.findall(r"(?:--out |--sink \w[\w-]*:)(\S+)", script):
+                    self.assertGreater(pathlib.Path(folder, name).stat().st_size, 100, name)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

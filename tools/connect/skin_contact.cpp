@@ -1,0 +1,56 @@
+#include "tools/connect/skin_contact.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+namespace merkel {
+namespace {
+
+constexpr std::size_t kRest = 50;  ///< readings from which the noise is known
+constexpr double kLeastForce_N = 1e-3;
+constexpr double kNoisesOfTouch = 6.0;
+constexpr std::size_t kInARow = 3;
+constexpr double kFitted = 20.0;  ///< forces up to so many thresholds are fitted
+
+}  // namespace
+
+std::optional<double> skin_depth_mm(std::span<const double> depth_mm,
+                                    std::span<const double> force_N) {
+  const std::size_t size = std::min(depth_mm.size(), force_N.size());
+  if (size < kRest + kInARow) return std::nullopt;
+  const auto rest = force_N.first(kRest);
+  const double zero = std::accumulate(rest.begin(), rest.end(), 0.0) / static_cast<double>(kRest);
+  double squares = 0.0;
+  for (const double force : rest) squares += (force - zero) * (force - zero);
+  const double noise = std::sqrt(squares / static_cast<double>(kRest));
+  const double threshold = std::max(kNoisesOfTouch * noise, kLeastForce_N);
+  std::size_t in_a_row = 0;
+  std::size_t onset = kRest;
+  for (; onset < size && in_a_row < kInARow; ++onset) {
+    in_a_row = force_N[onset] - zero > threshold ? in_a_row + 1 : 0;
+  }
+  if (in_a_row < kInARow) return std::nullopt;
+  onset -= kInARow;
+  // The line of force^(2/3) over depth meets 0 at the skin.
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  for (std::size_t i = onset; i < size; ++i) {
+    const double force = force_N[i] - zero;
+    if (force < threshold || force > kFitted * threshold) break;
+    const double root = std::cbrt(force * force);
+    const double depth = depth_mm[i] - depth_mm[onset];
+    n += 1.0;
+    x += depth;
+    y += root;
+    xx += depth * depth;
+    xy += depth * root;
+  }
+  const double slope = (n * xy - x * y) / (n * xx - x * x);
+  const double skin = (x - y / slope) / n;
+  // A force without a movement, or of a depth that falls, is no touch of a probe that is lowered.
+  if (!(slope > 0.0) || !std::isfinite(skin)) return std::nullopt;
+  return depth_mm[onset] + skin;
+}
+
+}  // namespace merkel
