@@ -119,7 +119,6 @@ Expected<void, SetupError> DeviceProbe::listen() {
   name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
   opened_serial_number_ = protocol_->serial_number();
-  opened_channels_ = protocol_->channels();
   return {};
 }
 
@@ -404,7 +403,7 @@ void DeviceProbe::take_readings() {
     deliver(readings[i], times[i]);
   }
   for (const DeviceEdge& edge : std::exchange(stream_.edges, {})) {
-    if (!started_ || wrong_device_reported_) continue;
+    if (!started_ || other_device_reported_) continue;
     edges_.push_back({.time = times_.of_edge(edge.device_time, edge.arrival),
                       .line = edge.line,
                       .level = static_cast<std::uint16_t>(edge.high ? 1 : 0)});
@@ -458,20 +457,13 @@ void DeviceProbe::judge_quality() {
 bool DeviceProbe::same_device() {
   const std::string serial_number = protocol_->serial_number();
   const bool other = serial_number != opened_serial_number_;
-  // Of a device that names its channels, each probe looks for its own.
-  const bool lacking = protocol_->channel_names().empty() &&
-                       (protocol_->channels() & opened_channels_) != opened_channels_;
-  if ((other || lacking) && !wrong_device_reported_) {
-    notice(
-        other
-            ? "another device is connected at " + transport_->info().name +
-                  ", with serial number " + serial_number + " instead of " + opened_serial_number_ +
-                  ": the press is released; plug in the original device, or start a new run"
-            : name_ +
-                  " has fewer channels than at the start: the press is released; start a new run");
+  if (other && !other_device_reported_) {
+    notice("another device is connected at " + transport_->info().name + ", with serial number " +
+           serial_number + " instead of " + opened_serial_number_ +
+           ": the press is released; plug in the original device, or start a new run");
   }
-  wrong_device_reported_ = other || lacking;
-  return !wrong_device_reported_;
+  other_device_reported_ = other;
+  return !other;
 }
 
 void DeviceProbe::deliver(const DeviceReading& reading, Time time) {

@@ -116,8 +116,7 @@ class DeviceProbe final : public Probe {
   std::size_t next_ready_ = 0;            ///< those before it are delivered
 
   std::string opened_serial_number_;
-  std::uint32_t opened_channels_ = 0;  ///< as reported by the protocol
-  bool wrong_device_reported_ = false;
+  bool other_device_reported_ = false;
   bool overran_ = false;  ///< the readings lost by that are not counted yet
   bool started_ = false;
   std::atomic<bool> connected_{true};

@@ -231,8 +231,13 @@ class CsvLines final : public LineProtocol {
     split(line, next.separator);
     DeviceReading reading;
     std::optional<std::uint32_t> number;
-    const bool decimal_comma = style_ && style_->decimal_comma;
-    if (read_fields(next.names, decimal_comma, reading, number)) use(std::move(next), stream);
+    // A new separator may come with another decimal sign.
+    const bool same = style_ && style_->separator == next.separator;
+    const bool comma = style_ && style_->decimal_comma;
+    if (read_fields(next.names, comma, reading, number) ||
+        (!same && next.separator != ',' && read_fields(next.names, !comma, reading, number))) {
+      use(std::move(next), stream);
+    }
   }
 
   void split(std::string_view line, char separator) {

@@ -95,9 +95,9 @@ TEST(RecordedPress, ColumnsThatTheModelDoesNotUseReachTheSession) {
   EXPECT_EQ(samples[5].further[2], 1.5);
   const std::string printed =
       run_program({"inspect", "session", session, "--stream", "merkel.samples"}).out;
-  EXPECT_NE(
-      printed.find("sequence,channels,valid_for_s,skin_temperature_C,column_sequence,remark\n"),
-      std::string::npos)
+  EXPECT_NE(printed.find("sequence,channels,valid_for_s,zero_mN,touch,skin_temperature_C,"
+                         "column_sequence,remark\n"),
+            std::string::npos)
       << printed;
   EXPECT_NE(printed.find(",40,7,1.5\n"), std::string::npos) << printed;
   EXPECT_NE(printed.find(",33,7,nan\n"), std::string::npos) << printed;

@@ -356,7 +356,7 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   }
   EXPECT_EQ(read_file(folder.path("r/fit.md")), fitted.out);
   EXPECT_EQ(read_file(folder.path("r/trials_2.png")).substr(1, 3), "PNG");
-  EXPECT_NE(read_file(folder.path("r/trials.csv")).find("\"one\",model,"), std::string::npos);
+  EXPECT_NE(read_file(folder.path("r/trials.csv")).find("one,model,"), std::string::npos);
   // The spikes compared are those of the scene that was written.
   const auto scored = run_program(
       {"score", folder.path("f.toml"), "--data", data, "--trials", "2", "--out", folder.path("t")});

@@ -201,7 +201,7 @@ TEST(Replay, ASessionHoldsTheMeasuredShapeOfItsTip) {
   const std::string scene =
       folder.file("s.toml",
                   "preset = \"goodwin\"\n[probe]\nuri = \"sim:ramp?depth_mm=0.6\"\n"
-                  "tip = \"shape\"\nshape = \"map.csv\"\npixel_mm = 0.5\n");
+                  "tip = \"shape\"\nshape = \"map.csv\"\npixel_mm = 0.25\n");
   const std::string session = folder.path("s.xdf");
   const auto run = run_program({"run", scene, "--fast", "--sink", "xdf:" + session});
   ASSERT_EQ(run.exit_code, 0) << run.err;

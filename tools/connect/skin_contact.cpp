@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kRest = 50;  ///< readings from which the noise is known
 constexpr double kLeastForce_N = 1e-3;
 constexpr double kNoisesOfTouch = 6.0;
+constexpr double kEndOfTouch = 0.5;  ///< of the force at which it began
 constexpr std::size_t kInARow = 3;
 constexpr double kFitted = 20.0;  ///< forces up to so many thresholds are fitted
 
@@ -37,7 +38,7 @@ std::optional<double> skin_depth_mm(std::span<const double> depth_mm,
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (std::size_t i = onset; i < size; ++i) {
     const double force = force_N[i] - zero;
-    if (force < threshold || force > kFitted * threshold) break;
+    if (force < kEndOfTouch * threshold || force > kFitted * threshold) break;
     const double root = std::cbrt(force * force);
     const double depth = depth_mm[i] - depth_mm[onset];
     n += 1.0;

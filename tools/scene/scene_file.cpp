@@ -111,12 +111,13 @@ void check_source(SceneTable& table, Scene::OfProbe& probe) {
   }
 }
 
-/// The keys of other tips have no effect.
-void ignore_other_tips(SceneTable& reader, const Indenter& indenter) {
+/// The keys of other tips have no effect, but must have values that those tips could take.
+void read_other_tips(SceneTable& reader, const Indenter& indenter) {
   for (std::size_t kind = 0; kind < kTipNames.size(); ++kind) {
     Indenter other = indenter;
+    if (kind == indenter.tip.index()) continue;
     other.tip = default_tip(kind);
-    for (const BoundField& key : tip_fields(other)) reader.find(key.field->key);
+    reader.read(tip_fields(other));
   }
 }
 
@@ -145,7 +146,7 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
       return BoundFields{keys.begin(), keys.begin() + 2};
     };
     reader.read(patch_and_tip());
-    ignore_other_tips(reader, scene.model.indenters.back());
+    read_other_tips(reader, scene.model.indenters.back());
     const BoundFields keys = probe_keys(scene, count);
     if (reader.has("device") && scene.devices.empty()) {
       reader.refuse("device",

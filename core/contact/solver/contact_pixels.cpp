@@ -100,6 +100,8 @@ ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double rece
   double pixel = std::min(tip.feature_mm / kPixelsPerFeature, tip.pixel_mm);
   if (std::isfinite(pixel)) pixel = std::min(pixel, receptor_depth_mm / kNodesPerDepth);
   if (region.part_mm > 0.0) pixel = std::min(pixel, region.part_mm / kPixelsPerPart);
+  const double coarsest = kCoarsestPixel * receptor_depth_mm;
+  pixel = std::min(pixel, coarsest);
   const double area_mm2 = 4.0 * region.half_width_mm * region.half_length_mm;
   pixel = std::max(pixel, std::sqrt(area_mm2 / kMostPixels));
   const auto grid = [&](double pixel_mm) {
@@ -113,6 +115,7 @@ ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double rece
   // Slightly larger pixels, if they fit into smaller transforms.
   PixelGrid best = grid(pixel);
   for (const double larger : {1.1, 1.2, 1.3}) {
+    if (larger * pixel > coarsest) break;
     if (cost(grid(larger * pixel)) < cost(best)) best = grid(larger * pixel);
   }
   return {.grid = best, .middle = region.middle};

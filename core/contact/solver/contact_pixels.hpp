@@ -36,8 +36,10 @@ struct ContactPixels {
 /// Pixels, or nodes, on both sides of a middle, so that they cover a half width: an odd number.
 [[nodiscard]] std::size_t pixels_over(double half_mm, double pixel_mm) noexcept;
 
-/// Most pixels of a contact, and fewest nodes per receptor depth.
+/// Most pixels of a contact, fewest nodes per receptor depth, and the largest pixel, in depths of
+/// the receptors.
 inline constexpr double kMostPixels = 65536.0;
 inline constexpr double kNodesPerDepth = 6.0;
+inline constexpr double kCoarsestPixel = 0.5;
 
 }  // namespace merkel

@@ -69,13 +69,25 @@ TEST(Field, DefaultsLieInTheirRangesAndKeysAreUnique) {
   }
 }
 
+/// A default tip with what a scene must set.
+Tip complete_tip(std::size_t kind) {
+  Tip tip = default_tip(kind);
+  if (auto* const dots = std::get_if<DotsTip>(&tip)) dots->centres = {{0.0, 0.0}};
+  if (auto* const shape = std::get_if<ShapeTip>(&tip)) {
+    shape->map = std::make_shared<const HeightMap>(
+        HeightMap{.grid = {.pixel_mm = 0.1, .columns = 1, .rows = 1}, .height_mm = {0.0}});
+    shape->pixel_mm = 0.1;
+  }
+  return tip;
+}
+
 TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
   int tried = 0;
   for (std::size_t k = 0; k < 1000; ++k) {
     for (const double wild : {1e308, -1e308, std::nan("")}) {
       TactileModel::Parameters model;
       const std::size_t tip = k / 100;
-      model.indenters.front().tip = default_tip(tip);
+      model.indenters.front().tip = complete_tip(tip);
       const BoundFields fields = all_fields(model);
       if (k % 100 >= fields.size()) continue;
       const BoundField& field = fields[k % 100];
