@@ -16,8 +16,8 @@ constexpr double kDeepestTable_mm = 4.0;
 constexpr double kDeepestEllipse_mm = 3.0;
 constexpr double kFewestSamples = 240.0;  ///< of the gap, in each direction
 constexpr double kMostSamples = 1000.0;
-constexpr int kValleys = 64;            ///< in which the lowest point is looked for
-constexpr double kFewestPixels = 5.0;   ///< across the smallest part
+constexpr int kValleys = 64;           ///< in which the lowest point is looked for
+constexpr double kFewestPixels = 5.0;  ///< across the smallest part
 
 /// Half of the size of a tip before it is turned.
 Position half_size(const Tip& tip) noexcept {

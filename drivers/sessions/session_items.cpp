@@ -74,7 +74,7 @@ bool take_items(ByteSpan& bytes, std::uint64_t count, const StreamLayout& layout
     for (std::size_t channel = 0; channel < layout.stream->channels.size(); ++channel) {
       const bool later = layout.stream->channels[channel].later;
       values[channel] = layout.has(channel) ? in_file[layout.places[channel]]
-                                            : Value{later ? std::int8_t{0} : kMissingValue};
+                                            : static_cast<Value>(later ? 0 : kMissingValue);
     }
     if constexpr (std::is_same_v<Value, double>) {
       if (!fill_in(layout, next, values)) return false;

@@ -113,7 +113,7 @@ class Actions(BrowserPage):
         self.page.ask("document.getElementById('stop').click()")
         self.wait("merkel.frame.stopped && merkel.frame.electrodes.every((e) => e.amplitude === 0 && "
                   "merkel.scene.stops[e.stop] === 'stopped')")
-        self.assertEqual(self.page.text("state"), "Stimulation stopped")
+        self.wait("document.getElementById('state').textContent === 'Stimulation stopped'")
         self.assertTrue(self.page.ask("document.getElementById('stop').disabled"))
         # Without the token nothing starts it, whatever the page sends.
         self.assertFalse(self.page.ask("document.getElementById('start').checkVisibility()"))

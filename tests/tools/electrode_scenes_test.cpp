@@ -116,7 +116,7 @@ TEST(ElectrodeScenes, AProfileBecomesTheStimulatorOfTheScene) {
 
 TEST(ElectrodeScenes, AProfileOfAUserIsAFileBesideTheScene) {
   const TemporaryFolder folder;
-  folder.file("own.toml", "amplitude_step_uA = 5\nmax_amplitude_uA = 100\n");
+  static_cast<void>(folder.file("own.toml", "amplitude_step_uA = 5\nmax_amplitude_uA = 100\n"));
   const std::string path = folder.file(
       "scene.toml",
       replaced(kGroupScene, "phase_us = 200", "phase_us = 200\nprofile = \"own.toml\""));
@@ -124,7 +124,7 @@ TEST(ElectrodeScenes, AProfileOfAUserIsAFileBesideTheScene) {
   ASSERT_TRUE(scene) << scene.error().sentence;
   EXPECT_EQ(scene->encoding.stimulator.name, "own.toml");
   EXPECT_EQ(scene->encoding.stimulator.amplitude_step_uA, 5.0);
-  folder.file("own.toml", "amplitude_steps_uA = 5\n");
+  static_cast<void>(folder.file("own.toml", "amplitude_steps_uA = 5\n"));
   const auto wrong = read_scene(path);
   ASSERT_FALSE(wrong);
   EXPECT_TRUE(has(wrong.error().sentence, "own.toml:1: "));

@@ -48,7 +48,7 @@ bool wait_for_row(const std::string& file, const std::string& text) {
 }
 
 /// The rows of a stim-csv file: amplitude and reason.
-std::vector<std::pair<double, std::string>> commands_of(const std::string& file) {
+std::vector<std::pair<double, std::string>> amplitudes_and_stops(const std::string& file) {
   std::istringstream lines(read_file(file));
   std::vector<std::pair<double, std::string>> rows;
   for (std::string line; std::getline(lines, line);) {
@@ -79,7 +79,7 @@ TEST(StimulationControl, SigusrSwitchesOffForTheRestOfTheRunAndTheSummarySaysSo)
   EXPECT_TRUE(has(run.err, "stimulation stopped by SIGUSR1: all electrodes are off")) << run.err;
   EXPECT_TRUE(has(run.out, "stimulation was stopped by SIGUSR1 after ")) << run.out;
   bool stopped = false;
-  for (const auto& [amplitude_uA, stop] : commands_of(csv)) {
+  for (const auto& [amplitude_uA, stop] : amplitudes_and_stops(csv)) {
     stopped = stopped || stop == "stopped";
     EXPECT_TRUE(!stopped || amplitude_uA == 0.0);
   }
@@ -131,7 +131,7 @@ TEST(StimulationControl, TheTerminalStopsAndStarts) {
   for (int i = 0; i < 3000 && !again; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds{10});
     stopped = false;
-    for (const auto& [amplitude_uA, stop] : commands_of(csv + ".part")) {
+    for (const auto& [amplitude_uA, stop] : amplitudes_and_stops(csv + ".part")) {
       if (stop == "stopped") stopped = true;
       // 1000 µA/s for an update and two ticks
       EXPECT_TRUE(!stopped || amplitude_uA <= before_uA + 12.0 + 1e-9) << amplitude_uA;

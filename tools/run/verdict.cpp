@@ -143,13 +143,16 @@ class RunChecks {
     }
     const double run_s = static_cast<double>(report_.ticks) * tick_s_;
     if (static_cast<double>(range.brief_touches) > std::max(10.0, kFlicker * run_s)) {
+      const bool by_depth =
+          range.most_force_mN <= 0.0 || probe.contact.control == Indenter::Control::kDepth;
       add(Severity::kNote, 0.8,
           fmt::format("the contact of {} flickered: {} ended within 15 ms{}", probe.uri,
                       std::to_string(range.brief_touches) + " touches", rest_of(probe)),
           drifts_unfollowed(probe)
               ? "set [probe] zero = \"track\", with contact_N several times the noise of the "
                 "sensor at rest"
-              : "set [probe] contact_N to several times the noise of the sensor at rest");
+              : fmt::format("set [probe] {} to several times the noise of the sensor at rest",
+                            by_depth ? "contact_mm" : "contact_N"));
     }
     const double most_N = units::N_from_mN(range.most_force_mN);
     if (most_N > kHardestPress_N || range.most_depth_mm > kDeepestPress_mm) {

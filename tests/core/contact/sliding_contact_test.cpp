@@ -10,7 +10,7 @@
 #include "core/contact/huber_stress.hpp"
 #include "core/contact/pressed_tip.hpp"
 #include "core/contact/sphere_law.hpp"
-#include "core/skin/strain_energy_density.hpp"
+#include "tests/core/contact/energy_of_stress.hpp"
 
 namespace merkel {
 namespace {
@@ -46,10 +46,6 @@ SlidingContact sliding(const Indenter& surface, const SkinParameters& skin) {
 
 ContactInput at_apex(double depth_mm, double x_mm = 0.0, double y_mm = 0.0) {
   return {.depth_mm = depth_mm, .x_mm = kApex.x_mm + x_mm, .y_mm = kApex.y_mm + y_mm};
-}
-
-double energy(const CartesianStress& stress, const SkinParameters& skin) {
-  return energy_density_kPa(stress, SkinMaterial(skin), skin.energy_density);
 }
 
 /// The contact of the same surface, solved once on fine pixels.

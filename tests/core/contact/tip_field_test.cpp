@@ -12,7 +12,7 @@
 #include "core/contact/pressed_tip.hpp"
 #include "core/contact/sphere_law.hpp"
 #include "core/skin/point_load.hpp"
-#include "core/skin/strain_energy_density.hpp"
+#include "tests/core/contact/energy_of_stress.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
@@ -21,15 +21,11 @@
 namespace merkel {
 namespace {
 
-constexpr double kFlat = std::numeric_limits<double>::infinity();
+constexpr double kPlate = std::numeric_limits<double>::infinity();
 
 Indenter pin(double diameter_mm) { return {.tip = PinTip{.diameter_mm = diameter_mm}}; }
 Indenter bar(double width_mm, double length_mm) {
   return {.tip = BarTip{.widths_mm = {width_mm}, .gaps_mm = {}, .length_mm = length_mm}};
-}
-
-double energy(const CartesianStress& stress, const SkinParameters& skin) {
-  return energy_density_kPa(stress, SkinMaterial(skin), skin.energy_density);
 }
 
 TEST(TipField, AFlatPinIsTheClosedForm) {
@@ -146,7 +142,7 @@ CartesianStress under_ellipse(const HertzEllipse& ellipse, double depth_mm, doub
 
 TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
   for (const auto& [radius, across, along] :
-       {std::tuple{0.5, 5.0, 10.0}, {2.0, 5.0, 10.0}, {kFlat, 5.0, 10.0}, {kFlat, 14.0, 7.0}}) {
+       {std::tuple{0.5, 5.0, 10.0}, {2.0, 5.0, 10.0}, {kPlate, 5.0, 10.0}, {kPlate, 14.0, 7.0}}) {
     const SkinParameters skin{.radius_mm = across, .radius_along_mm = along};
     const TipField field({.tip = SphereTip{radius}}, skin);
     const SphereLaw law(skin, radius);
@@ -170,7 +166,7 @@ TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
 
 // Layers of the skin's own material are solved.
 TEST(TipField, EllipticHertzIsTheSolvedContact) {
-  for (const double radius : {2.0, kFlat}) {
+  for (const double radius : {2.0, kPlate}) {
     SkinParameters skin{.radius_mm = 5.0, .radius_along_mm = 10.0};
     const double modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa();
     const TipField hertz({.tip = SphereTip{radius}}, skin, 1.0);

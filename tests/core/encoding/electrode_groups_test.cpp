@@ -164,7 +164,8 @@ TEST(ElectrodeGroups, RateWeighsTheSpikesOfTheBorder) {
   TickFeed feed(weighted, kTick);
   const auto weight = [](std::uint32_t neuron) {
     const double x_mm = (neuron - 1) % 30 + 0.5;
-    const double y_mm = static_cast<double>((neuron - 1) / 30) + 0.5;
+    const std::uint32_t row = (neuron - 1) / 30;
+    const double y_mm = row + 0.5;
     return std::clamp(1.0 - (std::hypot(x_mm - 12.0, y_mm - 8.0) - 2.0) / 2.0, 0.0, 1.0);
   };
   double total = 0.0;

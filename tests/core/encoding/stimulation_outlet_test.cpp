@@ -197,15 +197,15 @@ TEST(StimulationOutlet, NeverIncreasesAnAmplitudeNorRisesAboveTheSlopeWhateverIs
       const nanoseconds now = sent + (late ? milliseconds{8} : milliseconds{1});
       const auto out = outlet.pass(sent_at(sent, gate_uA, ++heartbeat), now);
       if (out.empty()) continue;
-      const double uA = out[0].command.amplitude_uA;
+      const double amplitude_uA = out[0].command.amplitude_uA;
       if (missed) {
-        EXPECT_EQ(uA, 0.0) << seed;  // an off before anything else
+        EXPECT_EQ(amplitude_uA, 0.0) << seed;  // an off before anything else
         missed = false;
       }
-      EXPECT_LE(uA, gate_uA);
+      EXPECT_LE(amplitude_uA, gate_uA);
       const double elapsed_s = std::chrono::duration<double>(now - last).count();
-      EXPECT_LE(uA, last_uA + 1000.0 * elapsed_s + 1e-9) << seed;
-      last_uA = uA;
+      EXPECT_LE(amplitude_uA, last_uA + 1000.0 * elapsed_s + 1e-9) << seed;
+      last_uA = amplitude_uA;
       last = now;
     }
   }

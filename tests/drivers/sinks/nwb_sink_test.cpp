@@ -122,7 +122,6 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
   }
   const Hdf5Reader file(path);
   expect_series_of_commands(file);
-  using Numbers = std::vector<double>;
   EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/data"), (Numbers{20.5, 30.0}));
   EXPECT_EQ(file.numbers(kFirst + "sent_amplitude/timestamps"), (Numbers{0.01, 0.02}));
   EXPECT_EQ(file.numbers(kFirst + "sent_monotonic/data"), (Numbers{7.5, 7.51}));

@@ -190,12 +190,12 @@ std::vector<double> charge_rate(const EncodedTouch& touch, nanoseconds bin) {
       static_cast<std::size_t>((end - start + bin - nanoseconds{1}) / bin));
   std::vector<std::optional<StimulationCommand>> trains(touch.electrodes.size());
   const auto add_train = [&](const StimulationCommand& train, nanoseconds until) {
-    const double nC_per_s =
+    const double charge_nC_per_s =
         merkel::charge_nC(train.amplitude_uA, touch.phases[train.electrode]) * train.frequency_Hz;
-    for (nanoseconds from = train.time; nC_per_s > 0.0 && from < until;) {
+    for (nanoseconds from = train.time; charge_nC_per_s > 0.0 && from < until;) {
       const std::size_t k = bin_of(touch, from, bin);
       const nanoseconds to = std::min(until, start + static_cast<std::int64_t>(k + 1) * bin);
-      if (k < charge_nC.size()) charge_nC[k] += nC_per_s * units::s_from(to - from);
+      if (k < charge_nC.size()) charge_nC[k] += charge_nC_per_s * units::s_from(to - from);
       from = to;
     }
   };
