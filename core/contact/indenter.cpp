@@ -78,8 +78,8 @@ FieldTable Indenter::tip_field() {
                          return static_cast<const Indenter*>(p)->tip.index();
                        },
                        [](void* p, std::size_t index) {
-                         Tip& tip = static_cast<Indenter*>(p)->tip;
-                         if (index != tip.index()) tip = default_tip(index);
+                         Tip& chosen = static_cast<Indenter*>(p)->tip;
+                         if (index != chosen.index()) chosen = default_tip(index);
                        }};
        }}};
   return {"probe", kFields};

@@ -90,11 +90,11 @@ static void hello() {
   last_hello_ms = millis();
 }
 
-static void obey(uint32_t heard_us) {
+static void obey(uint32_t received_us) {
   if (decoder.type == hbf1::SYNC_REQ && decoder.length == 4) {
     uint8_t body[8];
     memcpy(body, decoder.body, 4);
-    memcpy(body + 4, &heard_us, 4);
+    memcpy(body + 4, &received_us, 4);
     send(hbf1::SYNC_RSP, micros(), body, sizeof body);
     return;
   }

@@ -21,7 +21,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kPlate = std::numeric_limits<double>::infinity();
+constexpr double kPlateRadius = std::numeric_limits<double>::infinity();
 
 Indenter pin(double diameter_mm) { return {.tip = PinTip{.diameter_mm = diameter_mm}}; }
 Indenter bar(double width_mm, double length_mm) {
@@ -141,8 +141,10 @@ CartesianStress under_ellipse(const HertzEllipse& ellipse, double depth_mm, doub
 }
 
 TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
-  for (const auto& [radius, across, along] :
-       {std::tuple{0.5, 5.0, 10.0}, {2.0, 5.0, 10.0}, {kPlate, 5.0, 10.0}, {kPlate, 14.0, 7.0}}) {
+  for (const auto& [radius, across, along] : {std::tuple{0.5, 5.0, 10.0},
+                                              {2.0, 5.0, 10.0},
+                                              {kPlateRadius, 5.0, 10.0},
+                                              {kPlate, 14.0, 7.0}}) {
     const SkinParameters skin{.radius_mm = across, .radius_along_mm = along};
     const TipField field({.tip = SphereTip{radius}}, skin);
     const SphereLaw law(skin, radius);
@@ -166,7 +168,7 @@ TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
 
 // Layers of the skin's own material are solved.
 TEST(TipField, EllipticHertzIsTheSolvedContact) {
-  for (const double radius : {2.0, kPlate}) {
+  for (const double radius : {2.0, kPlateRadius}) {
     SkinParameters skin{.radius_mm = 5.0, .radius_along_mm = 10.0};
     const double modulus_kPa = SkinMaterial(skin).youngs_modulus_kPa();
     const TipField hertz({.tip = SphereTip{radius}}, skin, 1.0);
