@@ -144,7 +144,7 @@ TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
   for (const auto& [radius, across, along] : {std::tuple{0.5, 5.0, 10.0},
                                               {2.0, 5.0, 10.0},
                                               {kPlateRadius, 5.0, 10.0},
-                                              {kPlate, 14.0, 7.0}}) {
+                                              {kPlateRadius, 14.0, 7.0}}) {
     const SkinParameters skin{.radius_mm = across, .radius_along_mm = along};
     const TipField field({.tip = SphereTip{radius}}, skin);
     const SphereLaw law(skin, radius);
