@@ -18,8 +18,7 @@ double kept_of(double tip_radius_mm, double skin_radius_mm) {
 
 }  // namespace
 
-TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
-                       std::shared_ptr<const TipField> field)
+TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin)
     : by_force_(indenter.control == Indenter::Control::kForce), skin_(skin) {
   if (indenter.taxels() != nullptr) return;  // its pressures are prescribed
   if (skin.apex) apex_ = *skin.apex;
@@ -30,9 +29,7 @@ TipContact::TipContact(const Indenter& indenter, const SkinParameters& skin,
     return;
   }
   if (indenter.closed_form(skin)) sphere_.emplace(skin, indenter.sphere()->radius_mm);
-  if (!indenter.circular(skin)) {
-    field_ = field ? std::move(field) : std::make_shared<TipField>(indenter, skin);
-  }
+  if (!indenter.circular(skin)) field_ = TipField::shared(indenter, skin);
   if (std::holds_alternative<BarTip>(indenter.tip)) {
     kept_across_ = 0.0;  // straight bars always touch the apex
     return;

@@ -15,9 +15,7 @@ namespace merkel {
 /// SlidingContact). Real-time: yes, after construction.
 class TipContact {
  public:
-  /// \param field  shared_field() of an equal tip; null: solved here if needed
-  TipContact(const Indenter& indenter, const SkinParameters& skin,
-             std::shared_ptr<const TipField> field = nullptr);
+  TipContact(const Indenter& indenter, const SkinParameters& skin);
 
   [[nodiscard]] Press press(const ContactInput& input) const noexcept MERKEL_REALTIME;
   /// The same at the depth that the neighbouring contacts leave.
@@ -28,7 +26,6 @@ class TipContact {
                                        double y_mm) const noexcept MERKEL_REALTIME;
   /// The tables of a contact; null if it is circular or none.
   [[nodiscard]] const TipField* field() const noexcept { return field_.get(); }
-  [[nodiscard]] std::shared_ptr<const TipField> shared_field() const noexcept { return field_; }
   [[nodiscard]] bool by_force() const noexcept { return by_force_; }
   /// The closed form of a sphere; null for a solved contact.
   [[nodiscard]] const SphereLaw* sphere() const noexcept { return sphere_ ? &*sphere_ : nullptr; }

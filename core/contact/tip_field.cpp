@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <list>
+#include <mutex>
 #include <numbers>
 #include <utility>
 
@@ -19,7 +21,77 @@ PressedTip at_one_depth(PressedTip tip, double depth_mm) {
   return tip;
 }
 
+/// The fields of past and present models.
+class FieldStore {
+ public:
+  std::shared_ptr<const TipField> field_of(const Indenter& indenter, SkinParameters skin) {
+    skin.apex.reset();  // fields count from the tip's axis
+    const std::shared_ptr<Entry> entry = entry_of(indenter, skin);
+    std::shared_ptr<const TipField> field;
+    {
+      // Whoever needs the same field at the same time waits for it.
+      const std::scoped_lock solving(entry->solving);
+      field = entry->known.lock();
+      if (!field) entry->known = field = std::make_shared<const TipField>(indenter, skin);
+    }
+    keep(*entry, field);
+    return field;
+  }
+
+ private:
+  static constexpr std::size_t kMostBytes = std::size_t{1} << 30U;
+
+  struct Entry {
+    Entry(const Indenter& of, const SkinParameters& in) : indenter(of), skin(in) {}
+    Indenter indenter;
+    SkinParameters skin;
+    std::mutex solving;
+    std::weak_ptr<const TipField> known;
+    std::shared_ptr<const TipField> kept;
+  };
+
+  std::shared_ptr<Entry> entry_of(const Indenter& indenter, const SkinParameters& skin) {
+    const std::scoped_lock lock(entries_mutex_);
+    auto found = std::find_if(entries_.begin(), entries_.end(), [&](const auto& entry) {
+      return indenter.same_tip(entry->indenter) && skin == entry->skin;
+    });
+    if (found == entries_.end()) {
+      entries_.push_back(std::make_shared<Entry>(indenter, skin));
+      found = std::prev(entries_.end());
+    }
+    entries_.splice(entries_.begin(), entries_, found);  // the latest first
+    return entries_.front();
+  }
+
+  void keep(Entry& entry, const std::shared_ptr<const TipField>& field) {
+    const std::scoped_lock lock(entries_mutex_);
+    entry.kept = field;
+    std::size_t bytes = 0;
+    for (const auto& each : entries_) {
+      if (!each->kept) continue;
+      bytes += each->kept->bytes();
+      if (bytes > kMostBytes) each->kept.reset();
+    }
+    std::erase_if(entries_,
+                  [](const auto& each) { return each.use_count() == 1 && each->known.expired(); });
+  }
+
+  std::mutex entries_mutex_;
+  std::list<std::shared_ptr<Entry>> entries_;
+};
+
 }  // namespace
+
+std::shared_ptr<const TipField> TipField::shared(const Indenter& indenter,
+                                                 const SkinParameters& skin) {
+  // Never destroyed: threads may still make models while the process ends.
+  static auto* const store = new FieldStore;
+  return store->field_of(indenter, skin);
+}
+
+std::size_t TipField::bytes() const noexcept {
+  return press_.tables.size() * press_.grid.pixels() * (sizeof(GridNode) + sizeof(EnergyNode));
+}
 
 TipField::TipField(const Indenter& indenter, const SkinParameters& skin)
     : TipField(pressed_tip(indenter, skin), LayeredMedium(skin), skin) {}

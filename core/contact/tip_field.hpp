@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -27,6 +28,10 @@ class TipField {
   /// For one depth only.
   TipField(const Indenter& indenter, const SkinParameters& skin, double depth_mm);
   TipField(PressedTip tip, const SkinParameters& skin, double depth_mm);
+  /// The field of a tip in a skin, solved once for all models that use it, and kept for later ones
+  /// while all that are kept take at most 1 GB. Thread-safe. Real-time: no.
+  [[nodiscard]] static std::shared_ptr<const TipField> shared(const Indenter& indenter,
+                                                              const SkinParameters& skin);
 
   /// Stress and displacement at a point, by cubic interpolation in both directions.
   [[nodiscard]] SkinField at(double x_mm, double y_mm,
@@ -69,6 +74,7 @@ class TipField {
   /// The largest energy density at a node of the tables, kPa.
   [[nodiscard]] double largest_energy_kPa(double depth_mm) const noexcept;
   [[nodiscard]] const PressTables& tables() const noexcept { return press_; }
+  [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
   struct alignas(16) EnergyNode {

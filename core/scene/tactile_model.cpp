@@ -138,13 +138,12 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       spikes_(most_spikes(parameters, neurons())),
       resets_(neurons()) {
   for (const Indenter& indenter : parameters.indenters) {
-    // Equal tips share their tables, and their reach if as many press on the patch.
+    // Equal tips share their reach if as many press on the patch.
     const auto own = parameters.indenters.begin() + static_cast<std::ptrdiff_t>(tips_.size());
     const auto same = std::find_if(parameters.indenters.begin(), own,
                                    [&](const Indenter& other) { return indenter.same_tip(other); });
     const auto index = static_cast<std::size_t>(same - parameters.indenters.begin());
-    tips_.emplace_back(indenter, parameters.skin,
-                       same == own ? nullptr : tips_[index].shared_field());
+    tips_.emplace_back(indenter, parameters.skin);
     taxels_.push_back(nullptr);
     sliding_.push_back(sliding_of(indenter, parameters));
     const std::size_t tips = indenters_on(indenter.patch, parameters);

@@ -35,6 +35,7 @@ struct SkinLayer {
     return youngs_modulus_kPa / (1.0 - poisson_ratio * poisson_ratio);
   }
   [[nodiscard]] static FieldTable fields();
+  friend bool operator==(const SkinLayer&, const SkinLayer&) = default;
 };
 
 /// Layers from the surface inwards.
@@ -47,6 +48,7 @@ struct SkinLayers {
   [[nodiscard]] bool empty() const noexcept { return count == 0; }
   [[nodiscard]] std::span<const SkinLayer> all() const noexcept { return {layer.data(), count}; }
   [[nodiscard]] std::span<SkinLayer> all() noexcept { return {layer.data(), count}; }
+  friend bool operator==(const SkinLayers&, const SkinLayers&) = default;
 };
 
 /// Material and geometry of the skin.
@@ -102,6 +104,7 @@ struct SkinParameters {
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;
+  friend bool operator==(const SkinParameters&, const SkinParameters&) = default;
 };
 
 /// The skin as one isotropic elastic solid.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
+#include <thread>
 #include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -363,6 +366,25 @@ TEST(Indenter, RefusesTipsThatCannotBeSolved) {
   EXPECT_EQ(key({.tip = BarTip{.widths_mm = {80.0, 0.01}, .gaps_mm = {1.0}, .length_mm = 80.0}}),
             "probe.bar_widths_mm");
   EXPECT_EQ(key({.tip = PinTip{}}), "");
+}
+
+TEST(TipField, EqualTipsInEqualSkinShareIt) {
+  SkinParameters skin;
+  std::vector<std::shared_ptr<const TipField>> fields(4);
+  std::vector<std::thread> threads;
+  threads.reserve(fields.size());
+  for (auto& field : fields) {
+    threads.emplace_back([&] { field = TipField::shared(pin(0.7), skin); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& field : fields) EXPECT_EQ(field, fields[0]);
+  skin.apex = Position{1.0, 2.0};
+  EXPECT_EQ(TipField::shared(pin(0.7), skin), fields[0]) << "it counts from the axis";
+  EXPECT_NE(TipField::shared(pin(0.8), skin), fields[0]);
+  skin.dermis_kPa *= 2.0;
+  const auto stiffer = TipField::shared(pin(0.7), skin);
+  EXPECT_GT(stiffer->force_mN(1.0), 1.1 * fields[0]->force_mN(1.0));
+  EXPECT_EQ(TipField(pin(0.7), skin).force_mN(1.0), stiffer->force_mN(1.0));
 }
 
 }  // namespace
