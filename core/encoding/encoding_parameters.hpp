@@ -62,6 +62,12 @@ struct Electrode {
   [[nodiscard]] static FieldTable fields();
   /// Those that determine the drive and the frequency: of a group for all its electrodes.
   [[nodiscard]] static FieldTable source_fields();
+  /// What electrodes have in common.
+  [[nodiscard]] static Electrode without_field() {
+    Electrode electrode;
+    electrode.field_mm.clear();
+    return electrode;
+  }
   /// For messages about this electrode: "electrode[E12].field_mm".
   [[nodiscard]] std::string key(std::string_view field) const;
 };
@@ -70,7 +76,7 @@ struct Electrode {
 /// amplitudes. Their pulses are staggered evenly, so that no two of them pulse in the same tick.
 struct ElectrodeGroup {
   /// Name, encoder and frequency. Without a field of its own, the fields of its electrodes form it.
-  Electrode pattern{.name = {}, .field_mm = {}};
+  Electrode pattern = Electrode::without_field();
   std::optional<double>
       max_charge_nC_per_s;  ///< sum over its electrodes, of one phase of each pulse
 

@@ -16,7 +16,8 @@ import python_stubs
 
 SITE = pathlib.Path(__file__).resolve().parent
 ROOT = SITE.parent.parent
-MOVED = {"README.md": "index.md", ".github/CONTRIBUTING.md": "CONTRIBUTING.md"}
+MOVED = {"README.md": "index.md", ".github/CONTRIBUTING.md": "CONTRIBUTING.md",
+         "tools/site/notebooks": "notebooks/1_press_a_finger.md"}
 LINK = re.compile(r"(\]\()([^)#\s]+)")
 
 
