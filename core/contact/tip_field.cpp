@@ -39,7 +39,7 @@ class FieldStore {
   }
 
  private:
-  static constexpr std::size_t kMostBytes = std::size_t{1} << 30U;
+  static constexpr std::size_t kMaxBytes = std::size_t{1} << 30U;
 
   struct Entry {
     Entry(const Indenter& of, const SkinParameters& in) : indenter(of), skin(in) {}
@@ -70,7 +70,7 @@ class FieldStore {
     for (const auto& each : entries_) {
       if (!each->kept) continue;
       bytes += each->kept->bytes();
-      if (bytes > kMostBytes) each->kept.reset();
+      if (bytes > kMaxBytes) each->kept.reset();
     }
     std::erase_if(entries_,
                   [](const auto& each) { return each.use_count() == 1 && each->known.expired(); });

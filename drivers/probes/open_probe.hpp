@@ -7,14 +7,14 @@
 
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 
 namespace merkel {
 
 /// Opens the probe of a URI: replay:FILE, sim:SHAPE, serial:DEVICE?protocol=NAME, hid:VID:PID,
 /// usb:VID:PID, udp:HOST:PORT, tcp:HOST:PORT, fused:URI|URI. With the option live=1, a recording
 /// plays like a device: in real time, losing samples that are not read. What follows '#' chooses
-/// channels of the device (probe_channels.hpp). Real-time: no.
+/// channels of the device (channel_selection.hpp). Real-time: no.
 /// \param allow_remote  a port at which datagrams are received may be open to other machines
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_probe(std::string_view uri,
                                                                       bool allow_remote = false);
