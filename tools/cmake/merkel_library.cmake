@@ -49,6 +49,10 @@ if(MERKEL_SANITIZE)
     -fsanitize=${MERKEL_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -O1 -g1)
   target_link_options(merkel_sanitizers INTERFACE -fsanitize=${MERKEL_SANITIZE})
   target_compile_definitions(merkel_sanitizers INTERFACE MERKEL_SANITIZED)
+  if(MERKEL_SANITIZE MATCHES address AND CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    # Fuzz targets see which branches their inputs take.
+    target_compile_options(merkel_sanitizers INTERFACE -fsanitize=fuzzer-no-link)
+  endif()
 endif()
 
 # merkel_precompile(merkel_core): precompiles the standard headers that most sources include,
