@@ -295,6 +295,9 @@ def run_with(program, device, kind, options, folder, seconds, busy=0):
 def fault_of(expected, words, code, summary, said, spikes):
     """What is wrong with the outcome of a touch attack, or nothing."""
     if summary is None:
+        # On a busy machine the noise may come before the device is open: then it is refused.
+        if expected == "silent" and code == 3 and all(word in said for word in words):
+            return None
         return f"exit code {code}: {said[:300]}"
     if missing := [word for word in words if word not in said]:
         return f"the program did not say {missing}: {said[:300]}"

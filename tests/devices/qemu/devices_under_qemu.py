@@ -185,7 +185,7 @@ class Machine:
         self.ended = False
         adapter = "usb-serial,id=adapter,chardev=probe,serial=QEMU7"
         self.process = subprocess.Popen(
-            ["qemu-system-x86_64", "-M", "pc", "-accel", "tcg", "-cpu", "max", "-m", "768",
+            ["qemu-system-x86_64", "-M", "pc", "-accel", "tcg", "-cpu", "max", "-m", "1536",
              "-nodefaults", "-display", "none", "-no-reboot", "-kernel", kernel,
              "-initrd", initial_files, "-append",
              "console=ttyS0 quiet loglevel=1 mitigations=off panic=-1 no_timer_check tsc=unstable "
