@@ -41,18 +41,20 @@ void write_intervals(Hdf5File& file, const char* name, const char* description,
               description);
   const auto start = table.column("start_time", Type::kDouble, "Start, in seconds");
   const auto stop = table.column("stop_time", Type::kDouble, "End, in seconds");
-  const auto of = subject == nullptr
-                      ? nullptr
-                      : table.column(subject, Type::kDouble, "Probe from 0, or neuron from 1");
   std::vector<std::string> labels;
-  for (const Interval& each : intervals) {
+  std::vector<std::string> subjects;
+  for (Interval& each : intervals) {
     table.add_row();
     start->append(each.start_s);
     stop->append(each.stop_s);
-    if (of) of->append(each.subject);
-    labels.push_back(each.label);
+    labels.push_back(std::move(each.label));
+    subjects.push_back(std::move(each.subject));
   }
   table.texts(label, labels, "Kind or label");
+  // Texts: nwbinspector's check_column_binary_capability takes the numbers 0 and 1 for a truth
+  // value.
+  if (subject != nullptr)
+    table.texts(subject, subjects, "Device (probe_0, …) or neuron (neuron_1, …)");
 }
 
 std::vector<std::string> parts_of(const std::string& text, char separator) {
@@ -107,7 +109,7 @@ class PulseIntervals {
       pulses_.push_back({.start_s = begun.mapped(),
                          .stop_s = time_s,
                          .label = "line " + std::to_string(edge.line),
-                         .subject = static_cast<double>(edge.probe)});
+                         .subject = nwb::name_of_probe(edge.probe)});
     }
   }
 
@@ -124,12 +126,14 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     probes.push_back(
         std::make_unique<nwb::ProbeSeries>(file, probe, probes.size(), content.probes.size() == 1));
   }
-  std::vector<std::unique_ptr<nwb::ElectrodeSeries>> electrodes;
+  using Electrodes = std::vector<std::unique_ptr<nwb::ElectrodeSeries>>;
+  Electrodes electrodes;
+  Electrodes sent;
   for (const NwbContent::Electrode& electrode : content.electrodes) {
-    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(
-        file, electrode, nwb::ElectrodeSeries::Of::kCommanded));
+    using Of = nwb::ElectrodeSeries::Of;
+    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode, Of::kCommanded));
+    sent.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode, Of::kSent));
   }
-  std::vector<std::unique_ptr<nwb::ElectrodeSeries>> sent(electrodes.size());  ///< if any left
   found.spikes_of.assign(content.afferents.size(), 0);
   std::optional<double> first_s;
   const auto time_s = [&](const auto& record) {
@@ -157,10 +161,6 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     for (const SentCommand& item : batch.sent) {
       const std::size_t e = item.command.electrode;
       if (e >= sent.size() || item.refused_by != 0) continue;
-      if (!sent[e]) {
-        sent[e] = std::make_unique<nwb::ElectrodeSeries>(file, content.electrodes[e],
-                                                         nwb::ElectrodeSeries::Of::kSent);
-      }
       sent[e]->add(time_s(item), item.command, item.sent);
     }
     for (const LoopEvent& event : batch.events) {
@@ -168,7 +168,9 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
       found.events.push_back({.start_s = start_s,
                               .stop_s = start_s + units::s_from(event.length),
                               .label = std::string(name_of(event.kind)),
-                              .subject = static_cast<double>(event.subject)});
+                              .subject = event.kind == LoopEvent::Kind::kNeuronReset
+                                             ? "neuron_" + std::to_string(event.subject)
+                                             : nwb::name_of_probe(event.subject)});
     }
     for (const Mark& mark : batch.marks) {
       const double at_s = time_s(mark);
@@ -251,7 +253,7 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
   write_spike_times(file, source, found, *spike_times);
 }
 
-/// What the user tells of the experiment.
+/// What the user states about the experiment.
 void write_general(Hdf5File& file, const NwbContent& content) {
   bool subject = false;
   for (const auto& [name, value] : content.general) {
@@ -264,6 +266,8 @@ void write_general(Hdf5File& file, const NwbContent& content) {
       if (!std::exchange(subject, true)) {
         file.group("/general/subject");
         nwb::make_typed(file, "/general/subject", nwb::kCore, "Subject");
+        file.text("/general/subject/description",
+                  "model of slowly adapting type I afferents, simulated by merkel");
       }
       file.text("/general/subject/" + name, value);
     }
@@ -289,7 +293,7 @@ void write_head(Hdf5File& file, const NwbContent& content) {
   file.attribute("/general/source_script", "file_name", content.scene);
   write_general(file, content);
   for (std::size_t i = 0; i < content.probes.size(); ++i) {
-    const std::string device = "/general/devices/probe_" + std::to_string(i);
+    const std::string device = "/general/devices/" + nwb::name_of_probe(i);
     file.group(device);
     nwb::make_typed(file, device, nwb::kCore, "Device");
     file.attribute(device, "description", content.probes[i].name);

@@ -17,16 +17,6 @@ constexpr double kSecondInNs = 1e9;
 constexpr double kLargestExact_s = 9e6;   ///< times below it are whole ns as doubles
 constexpr std::uint64_t kMinRegular = 3;  ///< fewer times have no rate
 
-/// Makes the group of a TimeSeries. \return the path of its values
-std::string start_series(Hdf5File& file, const std::string& path,
-                         const TimeSeries::Description& description) {
-  file.group(path);
-  make_typed(file, path, kCore, "TimeSeries");
-  file.attribute(path, "description", description.description);
-  file.attribute(path, "comments", description.comments);
-  return path + "/data";
-}
-
 }  // namespace
 
 std::string new_uuid() {
@@ -97,25 +87,16 @@ void Table::describe(const std::string& name, const char* type, const std::strin
   file_.attribute(path_ + "/" + name, "description", description);
 }
 
-TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description)
-    : file_(file),
-      path_(std::move(path)),
-      values_(file, start_series(file, path_, description), Type::kDouble),
-      series_{path_} {
-  describe_values(description);
-}
+TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description)
+    : file_(file), path_(std::move(path)), description_(std::move(description)), series_{path_} {}
 
-TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& description,
-                       TimeSeries& times)
-    : file_(file),
-      path_(std::move(path)),
-      values_(file, start_series(file, path_, description), Type::kDouble) {
+TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description, TimeSeries& times)
+    : file_(file), path_(std::move(path)), description_(std::move(description)) {
   times.series_.push_back(path_);
-  describe_values(description);
 }
 
 TimeSeries::~TimeSeries() {
-  if (series_.empty()) return;
+  if (series_.empty() || count_ == 0) return;
   if (times_ || count_ < kMinRegular) {
     write_each_time();
     for (std::size_t i = 1; i < series_.size(); ++i) {
@@ -132,7 +113,8 @@ TimeSeries::~TimeSeries() {
 }
 
 void TimeSeries::append(double time_s, double value) {
-  values_.append(value);
+  if (!values_) start();
+  values_->append(value);
   if (!series_.empty()) append_time(time_s);
 }
 
@@ -162,10 +144,15 @@ void TimeSeries::write_each_time() {
   }
 }
 
-void TimeSeries::describe_values(const Description& description) {
+void TimeSeries::start() {
+  file_.group(path_);
+  make_typed(file_, path_, kCore, "TimeSeries");
+  file_.attribute(path_, "description", description_.description);
+  file_.attribute(path_, "comments", description_.comments);
   const std::string data = path_ + "/data";
-  file_.attribute(data, "unit", description.unit);
-  file_.attribute(data, "conversion", description.conversion);
+  values_ = std::make_unique<Hdf5File::Column>(file_, data, Type::kDouble);
+  file_.attribute(data, "unit", description_.unit);
+  file_.attribute(data, "conversion", description_.conversion);
   file_.attribute(data, "resolution", -1.0F);
   file_.attribute(data, "offset", 0.0F);
 }

@@ -49,7 +49,8 @@ class Table {
   std::uint64_t rows_ = 0;
 };
 
-/// A TimeSeries: values, each with its time.
+/// A TimeSeries: values, each with its time. Without values it is not in the file: nwbinspector
+/// stops at an empty one.
 class TimeSeries {
  public:
   struct Description {
@@ -59,9 +60,9 @@ class TimeSeries {
     std::string comments;
   };
 
-  TimeSeries(Hdf5File& file, std::string path, const Description& description);
-  /// A series with the times of another one.
-  TimeSeries(Hdf5File& file, std::string path, const Description& description, TimeSeries& times);
+  TimeSeries(Hdf5File& file, std::string path, Description description);
+  /// A series with the times of another one, which has as many values.
+  TimeSeries(Hdf5File& file, std::string path, Description description, TimeSeries& times);
   TimeSeries(const TimeSeries&) = delete;
   TimeSeries& operator=(const TimeSeries&) = delete;
   /// Writes the times: of a regular series its start and rate.
@@ -71,15 +72,16 @@ class TimeSeries {
   void append(double time_s, double value);
 
  private:
-  void describe_values(const Description& description);
+  void start();
   void append_time(double time_s);
   void write_each_time();
 
   Hdf5File& file_;
   std::string path_;
-  Hdf5File::Column values_;
-  std::vector<std::string> series_;          ///< the paths of those with these times
-  std::unique_ptr<Hdf5File::Column> times_;  ///< of an irregular series
+  Description description_;
+  std::unique_ptr<Hdf5File::Column> values_;  ///< null before the first one
+  std::vector<std::string> series_;           ///< the paths of those with these times
+  std::unique_ptr<Hdf5File::Column> times_;   ///< of an irregular series
   std::uint64_t count_ = 0;
   std::int64_t first_ns_ = 0;
   std::int64_t step_ns_ = 0;

@@ -36,14 +36,15 @@ TimeSeries::Description current(const NwbContent::Electrode& electrode, const st
 
 }  // namespace
 
+std::string name_of_probe(std::size_t number) { return "probe_" + std::to_string(number); }
+
 ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number,
                          bool only)
     : known_(probe.channels), number_(number) {
   for (const NwbContent::Channel& channel : probe.channels) {
     std::string name = channel.name;
     std::replace(name.begin(), name.end(), '/', '_');
-    const std::string path =
-        kFolder + (only ? name : "probe_" + std::to_string(number) + "_" + name);
+    const std::string path = kFolder + (only ? name : name_of_probe(number) + "_" + name);
     const TimeSeries::Description description{.unit = channel.unit,
                                               .conversion = channel.conversion,
                                               .description = channel.meaning,
@@ -73,13 +74,12 @@ void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
   contacts.push_back({.start_s = *touched_s_,
                       .stop_s = time_s,
                       .label = "contact",
-                      .subject = static_cast<double>(number_)});
+                      .subject = name_of_probe(number_)});
   touched_s_.reset();
 }
 
 ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of)
-    : file_(file),
-      electrode_(electrode),
+    : electrode_(electrode),
       of_(of),
       amplitude_(
           file, path("amplitude"),
@@ -99,10 +99,12 @@ ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& el
               .description =
                   "electrode " + electrode.name + ": why it was switched off: " + stop_codes(),
               .comments = electrode.description},
-             amplitude_) {
+             amplitude_),
+      pulses_(file, path("pulses"),
+              current(electrode, "amplitude of one phase of each single pulse, in µA")) {
   if (of_ != Of::kSent) return;
   sent_ = std::make_unique<TimeSeries>(
-      file_, path("monotonic"),
+      file, path("monotonic"),
       TimeSeries::Description{.unit = "seconds",
                               .conversion = 1.0F,
                               .description = "electrode " + electrode.name +
@@ -121,12 +123,7 @@ std::string ElectrodeSeries::path(const char* quantity) const {
 void ElectrodeSeries::add(double time_s, const StimulationCommand& command,
                           std::chrono::nanoseconds sent) {
   if (command.kind == StimulationCommand::Kind::kPulse) {
-    if (!pulses_) {
-      pulses_ = std::make_unique<TimeSeries>(
-          file_, path("pulses"),
-          current(electrode_, "amplitude of one phase of each single pulse, in µA"));
-    }
-    pulses_->append(time_s, command.amplitude_uA);
+    pulses_.append(time_s, command.amplitude_uA);
     return;
   }
   amplitude_.append(time_s, command.amplitude_uA);

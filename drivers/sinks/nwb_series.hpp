@@ -19,8 +19,11 @@ struct Interval {
   double start_s = 0.0;
   double stop_s = 0.0;
   std::string label;
-  double subject = 0.0;
+  std::string subject = {};  ///< the name of its probe (name_of_probe), or of its neuron
 };
+
+/// "probe_0", …: the name of the probe's device in the file.
+[[nodiscard]] std::string name_of_probe(std::size_t number);
 
 /// The samples of one probe in /stimulus/presentation: a time series for each channel.
 class ProbeSeries {
@@ -56,14 +59,13 @@ class ElectrodeSeries {
   [[nodiscard]] std::string verb() const;
   [[nodiscard]] std::string path(const char* quantity) const;
 
-  Hdf5File& file_;
   NwbContent::Electrode electrode_;
   Of of_;
   TimeSeries amplitude_;
   TimeSeries frequency_;
   TimeSeries stops_;
   std::unique_ptr<TimeSeries> sent_;
-  std::unique_ptr<TimeSeries> pulses_;
+  TimeSeries pulses_;
 };
 
 }  // namespace merkel::nwb

@@ -195,6 +195,7 @@ class Nwb(merkel_program.TestCase):
             text = lambda name: general[name][()].decode()
             # check_subject_exists, _id_exists, _species_form, _sex, _age (DANDI: critical)
             self.assertEqual(text("subject/subject_id"), "model-1")
+            self.assertIn("model of slowly adapting type I afferents", text("subject/description"))
             self.assertRegex(text("subject/species"), r"^[A-Z][a-z]+ [a-z]+$")
             self.assertIn(text("subject/sex"), "MFUO")
             self.assertRegex(text("subject/age"), r"^P(\d+Y)?(\d+M)?(\d+D)?$")
@@ -205,9 +206,10 @@ class Nwb(merkel_program.TestCase):
             self.assertEqual(list(general["keywords"].asstr()), ["touch", "SA1"])
             # check_experiment_description, check_column_binary_capability
             self.assertEqual(text("experiment_description"), "A press of the fingertip")
-            for name, column in file["units"].items():
-                if column.dtype.kind in "iuf" and "_index" not in name:
-                    self.assertNotEqual(set(np.unique(column[:])), {0, 1}, name)
+            for table in (file["units"], *file["intervals"].values()):
+                for name, column in table.items():
+                    if column.dtype.kind in "iuf" and "_index" not in name and name not in ("id", "start_time", "stop_time"):
+                        self.assertNotEqual(set(np.unique(column[:])), {0, 1}, name)
             # check_table_time_columns_are_sorted, check_table_times_for_typo (not before 0)
             for table in file["intervals"].values():
                 self.assertTrue((np.diff(table["start_time"][:]) >= 0).all())
@@ -273,6 +275,22 @@ class Nwb(merkel_program.TestCase):
             self.assertEqual(len(trials["id"]), np.count_nonzero(touches > 0))
             self.assertTrue(np.allclose(trials["start_time"][:], trace["time_s"][np.flatnonzero(touches > 0)]))
             self.assertTrue(np.all(trials["stop_time"][:] > trials["start_time"][:]))
+
+    def test_contacts_name_the_device_of_their_probe(self):
+        self.merkel("run", "finger", "--fast", "--duration-s", "1.5", "--probe", "sim:taps", "--probe", "sim:sine?x_mm=20",
+                    "--sink", "nwb:" + self.path("two.nwb"))
+        with h5py.File(self.path("two.nwb"), "r") as file:
+            probes = set(file["intervals/contacts/probe"].asstr()[:])
+            self.assertEqual(probes, {"probe_0", "probe_1"})
+            self.assertLessEqual(probes, set(file["general/devices"]))
+
+    def test_a_replay_has_spikes_and_no_series_without_samples(self):
+        file = self.record()
+        self.merkel("replay", self.path("s.xdf"), "--sink", "nwb:" + self.path("r.nwb"))
+        with h5py.File(file, "r") as ran, h5py.File(self.path("r.nwb"), "r") as replayed:
+            self.check_rules(replayed)
+            self.assertEqual(len(replayed["stimulus/presentation"]), 0)
+            np.testing.assert_array_equal(replayed["units/spike_times"][:], ran["units/spike_times"][:])
 
     def test_an_exported_session_is_the_same_file(self):
         self.record()
