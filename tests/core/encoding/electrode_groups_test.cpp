@@ -251,6 +251,10 @@ TEST(ElectrodeGroups, TheLimiterDropsPulsesThatAreTooClose) {
   EXPECT_EQ(pulses[2].time, milliseconds{2});
   EXPECT_EQ(limiter.clippings().group, 1U);
   EXPECT_EQ(limiter.clippings().all(), 1U);
+  // Everything is off after a reset, so that a pulse may follow at once.
+  limiter.reset(microseconds{2'100});
+  std::vector next = {pulse_at(microseconds{2'200}, 80.0, 0)};
+  EXPECT_EQ(limiter.limit_pulses(next, microseconds{2'100}), 1U);
 }
 
 TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {
@@ -274,6 +278,19 @@ TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {
   limiter.reset(std::chrono::seconds{10});
   std::vector pulses = {pulse_at(milliseconds{10'001}, 80.0, 0)};
   EXPECT_EQ(limiter.limit_pulses(pulses, milliseconds{10'000}), 1U);
+}
+
+TEST(ElectrodeGroups, PulsesWithinTheChargeOfASecondGoOnForLong) {
+  // Four of 16 nC a second are all that is allowed, by the charge and by the distance.
+  StimulationLimiter limiter(
+      {.max_total_uA = 1e6, .groups = {{.gap = milliseconds{250}, .max_charge_nC_per_s = 64.0}}},
+      {{.max_uA = 80.0, .max_Hz = 500.0, .group = 0}});
+  limiter.reset(nanoseconds{0});
+  for (int k = 1; k <= 80; ++k) {
+    std::vector pulses = {pulse_at(k * milliseconds{250}, 80.0, 0)};
+    EXPECT_EQ(limiter.limit_pulses(pulses, k * milliseconds{250} - kTick), 1U) << k;
+  }
+  EXPECT_EQ(limiter.clippings().all(), 0U);
 }
 
 TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
