@@ -183,6 +183,21 @@ TEST(ElectrodeGroups, RateWeighsTheSpikesOfTheBorder) {
   EXPECT_NEAR(frequency_Hz, 200.0 * rate_Hz / 100.0, 1e-9);
 }
 
+TEST(ElectrodeGroups, AFieldWhoseAfferentsAreAllInItsBorderWeighsThem) {
+  EncodingParameters parameters = encoding_of({});
+  auto electrode = electrode_at("E1", EncoderKind::kRate, 12.0, 8.0, 0.1);
+  electrode.border_mm = 1.0;  // the nearest afferents are 0.71 mm away
+  parameters.electrodes = {electrode};
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  ASSERT_EQ(encoder.afferents(0), 4U);
+  TickFeed feed(encoder, kTick);
+  feed.spike(nanoseconds{0}, 7 * 30 + 11 + 1);  // one of four equal ones
+  double frequency_Hz = 0.0;
+  for (const auto& command : feed.step()) frequency_Hz = command.frequency_Hz;
+  const double rate_Hz = std::exp(-1.0 / 30.0) / (0.03 * 4.0);
+  EXPECT_NEAR(frequency_Hz, 200.0 * rate_Hz / 100.0, 1e-9);
+}
+
 std::string refusal_of(const std::function<void(EncodingParameters&)>& change) {
   EncodingParameters parameters = group_of(4);
   change(parameters);

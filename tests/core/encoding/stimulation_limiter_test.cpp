@@ -51,7 +51,8 @@ StimulationCommand pulse(nanoseconds time, double amplitude_uA, std::uint16_t el
 }
 
 TEST(StimulationLimiter, LeavesValidCommandsUnchanged) {
-  StimulationLimiter limiter(kWide, {{80.0, 200.0}, {60.0, 200.0}});
+  // 16 nC are 80 µA for 200 µs.
+  StimulationLimiter limiter(kWide, {{80.0, 200.0, microseconds{200}, 16.0}, {60.0, 200.0}});
   limiter.reset(nanoseconds{0});
   EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0, 33.3}), (std::vector{80.0, 33.3}));
   auto weak = update_of(milliseconds{20}, {0.5, 0.0});
