@@ -259,17 +259,18 @@ TEST(ElectrodeGroups, TheLimiterDropsPulsesThatAreTooClose) {
                               {.max_uA = 80.0, .max_Hz = 500.0, .group = 0},
                               {.max_uA = 80.0, .max_Hz = 500.0}});
   limiter.reset(nanoseconds{0});
-  std::vector pulses = {pulse_at(milliseconds{1}, 80.0, 0), pulse_at(microseconds{1500}, 80.0, 2),
-                        pulse_at(microseconds{1999}, 80.0, 1), pulse_at(milliseconds{2}, 80.0, 1)};
+  std::vector pulses = {pulse_at(microseconds{900}, 80.0, 0), pulse_at(microseconds{1500}, 80.0, 2),
+                        pulse_at(microseconds{1899}, 80.0, 1),
+                        pulse_at(microseconds{1900}, 80.0, 1)};
   ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 3U);
   EXPECT_EQ(pulses[1].electrode, 2);  // of no group
-  EXPECT_EQ(pulses[2].time, milliseconds{2});
+  EXPECT_EQ(pulses[2].time, microseconds{1900});
   EXPECT_EQ(limiter.clippings().group, 1U);
   EXPECT_EQ(limiter.clippings().all(), 1U);
   // Everything is off after a reset, so that a pulse may follow at once.
-  limiter.reset(microseconds{2'100});
-  std::vector next = {pulse_at(microseconds{2'200}, 80.0, 0)};
-  EXPECT_EQ(limiter.limit_pulses(next, microseconds{2'100}), 1U);
+  limiter.reset(microseconds{1'500});
+  std::vector next = {pulse_at(microseconds{1'600}, 80.0, 0)};
+  EXPECT_EQ(limiter.limit_pulses(next, microseconds{1'500}), 1U);
 }
 
 TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {

@@ -327,6 +327,26 @@ TEST(StimulationGate, NoPulseFollowsAJumpBeforeAnUpdate) {
   EXPECT_EQ(output.pass(milliseconds{115}, {output.pulse(milliseconds{113}, 50.0)}).size(), 1U);
 }
 
+TEST(StimulationGate, NoPulseOfAnotherPatchFollowsAnOffBeforeAnUpdate) {
+  EncodingParameters parameters = two_electrodes(0.0);
+  parameters.electrodes[1].patch = 1;
+  StimulationGate gate(parameters, kTick);
+  const auto pass = [&](milliseconds now, const std::vector<StimulationCommand>& commands) {
+    const nanoseconds newest[] = {milliseconds{100}, now};  // the first patch is silent
+    return gate.pass(commands,
+                     {.now = now, .delay = milliseconds{3}, .last_tick = now, .newest = newest});
+  };
+  const auto update = [](milliseconds time) {
+    return TwoElectrodes::update(time, 10.0, 50.0, 0.0, 0.0);
+  };
+  pass(milliseconds{100}, update(milliseconds{98}));
+  pass(milliseconds{155}, update(milliseconds{153}));
+  EXPECT_EQ(pass(milliseconds{161}, {}).size(), 2U);
+  EXPECT_TRUE(pass(milliseconds{162}, {TwoElectrodes::pulse(milliseconds{160}, 50.0)}).empty());
+  pass(milliseconds{165}, update(milliseconds{163}));
+  EXPECT_EQ(pass(milliseconds{166}, {TwoElectrodes::pulse(milliseconds{164}, 50.0)}).size(), 1U);
+}
+
 TEST(StimulationGate, APulseThatHasNotRisenDoesNotLeave) {
   TwoElectrodes output(two_electrodes(1000.0));
   output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
