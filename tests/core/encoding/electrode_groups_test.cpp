@@ -326,6 +326,12 @@ TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   limiter.limit_update(update);
   EXPECT_EQ(update[2].amplitude_uA, 60.0);  // 60 µA and one pulse of 40 µA
   EXPECT_EQ(limiter.clippings().total, 0U);
+  std::vector next = {pulse_at(milliseconds{12}, 40.0, 0)};
+  ASSERT_EQ(limiter.limit_pulses(next, milliseconds{11}), 1U);
+  for (StimulationCommand& each : update) each.time = milliseconds{20};
+  update[2].amplitude_uA = 70.0;
+  limiter.limit_update(update);
+  EXPECT_NEAR(update[2].amplitude_uA, 70.0 * 100.0 / 110.0, 1e-9);
 }
 
 TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {
