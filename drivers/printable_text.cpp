@@ -8,8 +8,8 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kLongestWord = 300;
-constexpr std::size_t kLongestMessage = 4000;
+constexpr std::size_t kMaxWord = 300;
+constexpr std::size_t kMaxMessage = 4000;
 
 /// The first two thirds and the last sixth of `longest` bytes.
 std::string without_middle(std::string_view text, std::size_t longest) {
@@ -35,8 +35,8 @@ std::size_t first_character(std::string_view text, std::uint32_t& code) noexcept
     if ((byte(i) & 0xC0U) != 0x80U) return 0;
     code = code << 6U | (byte(i) & 0x3FU);
   }
-  constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-  return code >= kLeast[length] && code < 0x110000 ? length : 0;
+  constexpr std::uint32_t kMin[] = {0, 0, 0x80, 0x800, 0x10000};
+  return code >= kMin[length] && code < 0x110000 ? length : 0;
 }
 
 bool harmless(std::uint32_t code) noexcept {
@@ -108,12 +108,12 @@ std::string shortened(std::string_view message) {
   std::string text;
   while (!message.empty()) {
     const auto end = std::min(message.find_first_of(" \n\t"), message.size());
-    text += without_middle(message.substr(0, end), kLongestWord);
+    text += without_middle(message.substr(0, end), kMaxWord);
     const auto next = std::min(message.find_first_not_of(" \n\t", end), message.size());
     text += message.substr(end, next - end);
     message.remove_prefix(next);
   }
-  return without_middle(text, kLongestMessage);
+  return without_middle(text, kMaxMessage);
 }
 
 std::string printable_lines(std::string_view text) {

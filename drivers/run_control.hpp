@@ -17,7 +17,7 @@ namespace merkel {
 /// waits for no call. Thread: any.
 class RunControl {
  public:
-  static constexpr std::size_t kMostWatched = 4;
+  static constexpr std::size_t kMaxWatched = 4;
   enum class Link : std::uint8_t { kRecording, kConnected, kUnplugged };
 
   RunControl() = default;
@@ -26,7 +26,7 @@ class RunControl {
   virtual ~RunControl() = default;
 
   /// From now on the sink receives samples of these neurons (numbered from 1 through all patches,
-  /// at most kMostWatched) if it subscribed to kNeurons.
+  /// at most kMaxWatched) if it subscribed to kNeurons.
   virtual void watch(std::span<const std::uint32_t> neurons) noexcept = 0;
   /// Tares a probe: its present reading becomes zero. False if there is no such probe or it is a
   /// recording.

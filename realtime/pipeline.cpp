@@ -31,9 +31,9 @@ using std::chrono::nanoseconds;
 
 constexpr std::int64_t kLiveCatchUp = 20;
 constexpr std::size_t kEventQueue = 1024;
-constexpr milliseconds kMostBehind{4000};  ///< the first tick begins at most this long before now
+constexpr milliseconds kMaxBehind{4000};  ///< the first tick begins at most this long before now
 constexpr nanoseconds kProgressEvery{250'000'000};
-constexpr double kLeastGain = 0.05;               ///< seconds caught up in a second
+constexpr double kMinGain = 0.05;                 ///< seconds caught up in a second
 constexpr nanoseconds kLongCatchUp{500'000'000};  ///< a longer one is reported
 
 /// The simulated time, skipped ticks included.
@@ -103,7 +103,7 @@ struct Pipeline::Parts {
   std::atomic<bool> done{false};     ///< the last tick was simulated
   std::binary_semaphore ended{0};    ///< released after `done`: ends a pause between two looks
   std::atomic<bool> stop{false};
-  std::atomic<bool> hurry{false};
+  std::atomic<bool> end_now{false};
   RunSinks sinks;  ///< its threads use all of the above
 };
 
@@ -130,7 +130,7 @@ SpikeConsumer Pipeline::add_consumer(std::size_t capacity) {
 void Pipeline::request_stop() noexcept { parts_->stop.store(true, std::memory_order_relaxed); }
 
 void Pipeline::request_stop_now() noexcept {
-  parts_->hurry.store(true, std::memory_order_relaxed);
+  parts_->end_now.store(true, std::memory_order_relaxed);
   request_stop();
 }
 
@@ -251,7 +251,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
   // Recordings play from their first sample, whatever its time. With devices, the run starts when
   // the last device has sent a sample.
   report.start = all_replayed ? earliest
-                              : probes.aligned(std::max(latest, now - delay - kMostBehind),
+                              : probes.aligned(std::max(latest, now - delay - kMaxBehind),
                                                model.parameters().tick);
   probes.set_ticks(report.start, model.parameters().tick);
   set_origin(report.start);
@@ -400,7 +400,7 @@ void Pipeline::Parts::report_catch_up(nanoseconds elapsed) {
                 "first tick; ",
                 units::s_from(behind));
   std::string sentence = text.data();
-  if (gain > kLeastGain) {
+  if (gain > kMinGain) {
     std::snprintf(text.data(), text.size(), "it catches up within about %.2g s",
                   units::s_from(behind) / gain);
   } else {
@@ -424,7 +424,7 @@ void Pipeline::Parts::finish(RunReport& report) {
   report.median_delay = delays.quantile(0.5);
   report.largest_delay = delays.longest();
   report.simulated = simulated_in(report, model.parameters().tick);
-  sinks.finish(report, parameters.ending_patience, hurry);
+  sinks.finish(report, parameters.ending_patience, end_now);
 }
 
 RunCounters Pipeline::Parts::counters() const {

@@ -149,7 +149,7 @@ void RunProbes::start(const MakeFeeds& make_feeds,
 Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<bool>& stop) {
   const nanoseconds deadline = PeriodicClock::now() + kSilence;
   for (const auto& route : routes_) {
-    const ProbeChannel& channel = route->channel;
+    const ProbeQueue& channel = route->channel;
     const ProbeInfo& info = route->info();
     // A recording starts with a well-filled queue, so that none of its samples is late.
     const std::uint64_t wanted = info.replayed ? kSampleQueue / 2 : 1;
@@ -183,7 +183,7 @@ void RunProbes::wait_for_timing(const std::atomic<bool>& stop) const {
   const nanoseconds deadline = PeriodicClock::now() + kMeasuring;
   for (const auto& device : devices_) {
     if (!device->probe->status().timed) continue;
-    const ProbeChannel& channel = device->routes.front()->channel;
+    const ProbeQueue& channel = device->routes.front()->channel;
     while (!device->probe->timing() && !channel.ended.load(std::memory_order_acquire) &&
            channel.delivered.value() < kSampleQueue / 2 && !stop.load(std::memory_order_relaxed) &&
            PeriodicClock::now() < deadline) {
@@ -291,8 +291,8 @@ void RunProbes::measure_delays() {
   }
 }
 
-std::vector<RunProgress::OfProbe> RunProbes::readings() const {
-  std::vector<RunProgress::OfProbe> readings;
+std::vector<RunProgress::ProbeProgress> RunProbes::readings() const {
+  std::vector<RunProgress::ProbeProgress> readings;
   for (const auto& route : routes_) {
     readings.push_back(
         {.depth_mm = route->channel.depth_mm.load(std::memory_order_relaxed),
@@ -310,7 +310,7 @@ std::vector<RunProgress::OfProbe> RunProbes::readings() const {
 void RunProbes::add_to(RunCounters& counters) const {
   counters.probe_count = routes_.size();
   for (const auto& route : routes_) {
-    const ProbeChannel& channel = route->channel;
+    const ProbeQueue& channel = route->channel;
     counters.samples += channel.delivered.value() + channel.dropped.value();
     counters.samples_dropped += channel.dropped.value();
     counters.samples_late += channel.late.value();
@@ -346,7 +346,7 @@ void RunProbes::finish(RunReport& report) {
       report.error_message = route.device->reader->error_message();
       report.bad_input = route.device->reader->bad_input();
     }
-    RunReport::OfProbe& of = report.probes[i];
+    RunReport::ProbeReport& of = report.probes[i];
     of.uri = route.info().uri;
     of.counts = inputs_[i].counts();
     ProbeStatus status = device.status();

@@ -14,8 +14,8 @@
 #include "core/expected.hpp"
 #include "core/records/run_counters.hpp"
 #include "drivers/probe.hpp"
-#include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "realtime/input/probe_reader.hpp"
 #include "realtime/output/run_watch.hpp"
 #include "realtime/run_report.hpp"
@@ -94,7 +94,7 @@ class RunProbes {
   /// Adds the devices to the watch of the run. \param patches  one per probe
   void add_devices_to(RunWatch& watch, std::span<const std::size_t> patches) const;
   /// The current press of each probe. Thread: any.
-  [[nodiscard]] std::vector<RunProgress::OfProbe> readings() const;
+  [[nodiscard]] std::vector<RunProgress::ProbeProgress> readings() const;
   /// Adds the counts of all probes. Thread: any.
   void add_to(RunCounters& counters) const;
   /// Passes on the notices of the drivers.
@@ -115,7 +115,7 @@ class RunProbes {
     Device* device;
     std::size_t output;
     ProbeInput::Parameters parameters;
-    ProbeChannel channel;
+    ProbeQueue channel;
     ContactDecision contact;  ///< of the device's thread until it has stopped
   };
   struct Device {

@@ -46,7 +46,7 @@ struct StimulationStopReport {
 
 /// The result of a run: its counters, overall and per probe and sink.
 struct RunReport : RunCounters {
-  struct OfProbe {
+  struct ProbeReport {
     std::string uri;
     std::uint64_t samples_in = 0;        ///< delivered by the probe
     std::uint64_t dropped = 0;           ///< of these, dropped because the queue was full
@@ -76,7 +76,7 @@ struct RunReport : RunCounters {
     /// Spikes taken from the queue, but not known to have arrived.
     [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }
   };
-  std::vector<OfProbe> probes;
+  std::vector<ProbeReport> probes;
   std::vector<OfSink> sinks;
   std::chrono::nanoseconds start{0};      ///< probe time of the first tick
   std::chrono::nanoseconds simulated{0};  ///< probe time simulated, gaps included
@@ -106,7 +106,7 @@ struct RunReport : RunCounters {
 /// The progress of a run. Thread: any.
 struct RunProgress {
   /// The current reading of a probe.
-  struct OfProbe {
+  struct ProbeProgress {
     double depth_mm = 0.0;
     double force_mN = 0.0;
     std::uint32_t channels = 0;
@@ -116,7 +116,7 @@ struct RunProgress {
     std::chrono::nanoseconds touch{0};  ///< the length of the touch so far; 0: none
     bool zero_uncertain = false;        ///< that touch may be drift
   };
-  std::vector<OfProbe> probes;
+  std::vector<ProbeProgress> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began
   std::chrono::nanoseconds simulated{0};
   std::chrono::nanoseconds known{0};  ///< to simulate: up to the newest sample or the duration

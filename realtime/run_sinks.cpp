@@ -46,7 +46,7 @@ class RunSinks::Control final : public RunControl {
   Control(RunSinks& sinks, ConsumerChannel& channel) : sinks_(sinks), channel_(channel) {}
 
   void watch(std::span<const std::uint32_t> neurons) noexcept override {
-    for (std::size_t i = 0; i < kMostWatched; ++i) {
+    for (std::size_t i = 0; i < kMaxWatched; ++i) {
       const std::uint32_t number =
           i < neurons.size() && neurons[i] <= sinks_.run_.neurons ? neurons[i] : 0;
       channel_.watched[i].store(number, std::memory_order_relaxed);
@@ -200,7 +200,7 @@ void RunSinks::report_failures(
   }
 }
 
-void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomic<bool>& hurry) {
+void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomic<bool>& end_now) {
   for (const auto& entry : entries_) {
     for (const auto& tap : entry->taps) tap->end();
     entry->writer->end(report.error_message.empty());
@@ -210,7 +210,8 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
     return std::all_of(entries_.begin(), entries_.end(),
                        [](const auto& entry) { return entry->writer->done(); });
   };
-  while (!all_done() && PeriodicClock::now() < deadline && !hurry.load(std::memory_order_relaxed)) {
+  while (!all_done() && PeriodicClock::now() < deadline &&
+         !end_now.load(std::memory_order_relaxed)) {
     std::this_thread::sleep_for(std::chrono::microseconds{100});
   }
   for (const auto& entry : entries_) {

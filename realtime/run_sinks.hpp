@@ -58,9 +58,9 @@ class RunSinks {
   /// Passes on what the sinks report.
   void take_notices(const std::function<void(const std::string&)>& on_notice);
   /// Ends all sinks at the same time and reports them. A sink that waits for a peer has until
-  /// `patience` is over, or until `hurry` is set.
+  /// `patience` is over, or until `end_now` is set.
   void finish(RunReport& report, std::chrono::milliseconds patience,
-              const std::atomic<bool>& hurry);
+              const std::atomic<bool>& end_now);
 
  private:
   class Control;

@@ -22,7 +22,7 @@ Expected<void, ParameterError> check_surface(const Indenter& t, const SkinParame
           .require(skin.apex.has_value(), "skin.apex_mm",
                    "is missing: set the place of the finger that the surface touches, as in [15, "
                    "10]")
-          .require(skin.receptor_depth_mm >= Indenter::kLeastDepth_mm, "skin.receptor_depth_mm",
+          .require(skin.receptor_depth_mm >= Indenter::kMinDepth_mm, "skin.receptor_depth_mm",
                    "must be at least 0.05 under a surface")
           .result();
   if (!checked) return checked;
@@ -123,13 +123,13 @@ Expected<void, ParameterError> Indenter::check(const SkinParameters& skin) const
                  std::isfinite(skin.stiffening_kPa) ? "skin.stiffening_kPa" : "skin.stiffening_mm",
                  "must be inf for the tip \"taxels\": an array measures neither depth nor "
                  "contact, with which the skin could stiffen")
-        .require(skin.receptor_depth_mm >= kLeastDepth_mm, "skin.receptor_depth_mm",
+        .require(skin.receptor_depth_mm >= kMinDepth_mm, "skin.receptor_depth_mm",
                  "must be at least 0.05 under this tip: the stress jumps at the edges of a taxel")
         .result();
   }
   const auto checked =
       ParameterCheck()
-          .require(skin.receptor_depth_mm >= kLeastDepth_mm, "skin.receptor_depth_mm",
+          .require(skin.receptor_depth_mm >= kMinDepth_mm, "skin.receptor_depth_mm",
                    "must be at least 0.05 under this tip: the pressure at its rims is infinite")
           .result();
   if (!checked) return checked;

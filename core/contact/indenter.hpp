@@ -30,7 +30,7 @@ struct SlidingSurface {
 /// The tip of a probe: rigid, or a tactile array whose pressures are prescribed.
 struct Indenter {
   /// Of receptors under a solved contact.
-  static constexpr double kLeastDepth_mm = 0.05;
+  static constexpr double kMinDepth_mm = 0.05;
 
   /// Which reading of the probe drives the contact.
   enum class Control { kDepth, kForce };

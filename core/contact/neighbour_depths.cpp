@@ -6,13 +6,13 @@
 namespace merkel {
 namespace {
 
-constexpr int kMostRounds = 64;
+constexpr int kMaxRounds = 64;
 constexpr double kTolerance_mm = 1e-7;
 
 }  // namespace
 
 void solve_neighbour_depths(std::span<NeighbourPress> presses) noexcept {
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     double largest_change_mm = 0.0;
     for (NeighbourPress& own : presses) {
       double displaced_mm = 0.0;

@@ -14,10 +14,10 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Tables reach at most to this depth.
 constexpr double kDeepestTable_mm = 4.0;
 constexpr double kDeepestEllipse_mm = 3.0;
-constexpr double kFewestSamples = 240.0;  ///< of the gap, in each direction
-constexpr double kMostSamples = 1000.0;
-constexpr int kValleys = 64;           ///< in which the lowest point is looked for
-constexpr double kFewestPixels = 5.0;  ///< across the smallest part
+constexpr double kMinSamples = 240.0;  ///< of the gap, in each direction
+constexpr double kMaxSamples = 1000.0;
+constexpr int kValleys = 64;        ///< in which the lowest point is looked for
+constexpr double kMinPixels = 5.0;  ///< across the smallest part
 
 /// Half of the size of a tip before it is turned.
 Position half_size(const Tip& tip) noexcept {
@@ -43,7 +43,7 @@ HeightRange heights_of(const TipHeight& gap, const Position& half, double pixel_
   // A size that is not a number takes the fewest.
   const double wanted = 2.0 * std::max(half_x, half_y) / pixel_mm;
   const int n =
-      static_cast<int>(wanted > kFewestSamples ? std::min(wanted, kMostSamples) : kFewestSamples);
+      static_cast<int>(wanted > kMinSamples ? std::min(wanted, kMaxSamples) : kMinSamples);
   // The outermost samples lie just inside the tip.
   const auto x = [&](int i) { return 0.9999 * half_x * (2.0 * i / n - 1.0); };
   const auto y = [&](int j) { return 0.9999 * half_y * (2.0 * j / n - 1.0); };
@@ -175,8 +175,7 @@ double across_mm(const Indenter& indenter) noexcept {
 
 bool fits(const PressedTip& tip, double receptor_depth_mm) {
   const double pixel_mm = contact_pixels(tip, tip.deepest_mm, receptor_depth_mm).grid.pixel_mm;
-  return kFewestPixels * pixel_mm <= tip.feature_mm &&
-         pixel_mm <= kCoarsestPixel * receptor_depth_mm;
+  return kMinPixels * pixel_mm <= tip.feature_mm && pixel_mm <= kCoarsestPixel * receptor_depth_mm;
 }
 
 }  // namespace merkel

@@ -26,7 +26,7 @@ constexpr double kRimDepth = 0.7;
 constexpr double kUnitPixels = 128.0 * 128.0;
 constexpr double kPartsPer_ms = 3.0;
 /// A part of larger transforms would take longer than a tick.
-constexpr double kMostCostPer_ms = 5.0;
+constexpr double kMaxCostPer_ms = 5.0;
 
 double cost_of(double pixels) {
   return pixels * std::log2(pixels) / (kUnitPixels * std::log2(kUnitPixels));
@@ -113,7 +113,7 @@ std::optional<SlidingPlan> SlidingPlan::of(const Indenter& surface, const SkinPa
   for (double wanted = finest; cost > 1.0 && wanted < coarsest; wanted *= 1.02) {
     std::tie(plan, cost) = plan_with(std::min(wanted, coarsest));
   }
-  if (cost > kMostCostPer_ms * tick_ms || plan.contact.pixel_mm > 1.001 * coarsest) {
+  if (cost > kMaxCostPer_ms * tick_ms || plan.contact.pixel_mm > 1.001 * coarsest) {
     return std::nullopt;
   }
   // In whole milliseconds, so that finer ticks have the same lag.

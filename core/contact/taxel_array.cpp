@@ -91,11 +91,11 @@ void TaxelArray::check(const SkinParameters& /*skin*/, ParameterCheck& all) cons
       .require(size() >= 1, "probe.taxel_columns",
                "is missing: set the number of taxels along x and y (taxel_columns, taxel_rows), or "
                "their centres (taxel_centres_mm)")
-      .require(size() <= kMost, "probe.taxel_columns", "gives more than 1024 taxels");
+      .require(size() <= kMax, "probe.taxel_columns", "gives more than 1024 taxels");
   if (!all.result()) return;
   all.require(!any_overlap(*this), "probe.taxel_width_mm",
               "makes taxels overlap: their distance must be at least their size")
-      .require(different_x(*this) <= kMostColumns, "probe.taxel_centres_mm",
+      .require(different_x(*this) <= kMaxColumns, "probe.taxel_centres_mm",
                "has more than 64 different x: turn the array by orientation_deg, or list fewer");
 }
 

@@ -16,9 +16,9 @@ namespace merkel {
 struct TaxelArray {
   static constexpr std::string_view kName = "taxels";
   enum class Shape : std::uint8_t { kRectangle, kDisc };
-  static constexpr std::size_t kMost = 1024;
+  static constexpr std::size_t kMax = 1024;
   /// Different x of the taxels, on which the cost of a tick depends.
-  static constexpr std::size_t kMostColumns = 64;
+  static constexpr std::size_t kMaxColumns = 64;
 
   int columns = 0;  ///< of a lattice, along x
   int rows = 0;     ///< along y

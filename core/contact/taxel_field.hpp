@@ -24,7 +24,7 @@ namespace merkel {
 class TaxelField {
  public:
   /// Grids of more nodes are refused: a tick would take too long.
-  static constexpr std::size_t kMostNodes = 65536;
+  static constexpr std::size_t kMaxNodes = 65536;
 
   /// \param orientation_deg  turns the array counterclockwise around its middle
   /// \param receptors  their positions on the patch

@@ -9,7 +9,7 @@ namespace merkel {
 /// is out until it has values again.
 class TaxelGap {
  public:
-  static constexpr int kLongest = 3;  ///< readings
+  static constexpr int kMax = 3;  ///< readings
 
   /// \param value  NaN if it is missing. \return NaN if the taxel is out
   double take(double value) noexcept {
@@ -17,7 +17,7 @@ class TaxelGap {
       missing_ = 0;
       return last_ = value;
     }
-    if (missing_ < kLongest) {
+    if (missing_ < kMax) {
       ++missing_;
       return last_;
     }

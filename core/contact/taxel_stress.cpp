@@ -11,7 +11,7 @@ namespace merkel {
 namespace {
 
 constexpr double kPointDisc_mm = 0.05;
-constexpr int kMostTerms = 40;
+constexpr int kMaxTerms = 40;
 
 /// Gauss-Legendre nodes over a length, for an error of some 1e-6: the stress is analytic up to a
 /// distance of the depth from it, so the error falls by e^(−2·asinh(2z/size)) per node.
@@ -72,7 +72,7 @@ SeparableStress::SeparableStress(const TaxelStress& stress, std::size_t componen
     for (const double y : y_mm) rest.push_back(stress.at(x, y)[component]);
   }
   const std::size_t columns = y_mm.size();
-  while (terms() < kMostTerms) {
+  while (terms() < kMaxTerms) {
     const auto largest = std::max_element(
         rest.begin(), rest.end(), [](double a, double b) { return std::fabs(a) < std::fabs(b); });
     if (std::fabs(*largest) <= error_kPa) return;

@@ -69,7 +69,7 @@ FieldTable BarTip::fields() {
 }
 
 void BarTip::check(const SkinParameters& /*skin*/, ParameterCheck& all) const {
-  all.require(!widths_mm.empty() && widths_mm.size() <= kMostBars, "probe.bar_widths_mm",
+  all.require(!widths_mm.empty() && widths_mm.size() <= kMaxBars, "probe.bar_widths_mm",
               "must list from 1 to 40 widths")
       .require(gaps_mm.size() + 1 == std::max<std::size_t>(widths_mm.size(), 1),
                "probe.bar_gaps_mm", "must list one gap fewer than there are bars");
@@ -160,7 +160,7 @@ FieldTable DotsTip::fields() {
 }
 
 void DotsTip::check(const SkinParameters& /*skin*/, ParameterCheck& all) const {
-  all.require(!centres.empty() && centres.size() <= kMostDots, "probe.dots_mm",
+  all.require(!centres.empty() && centres.size() <= kMaxDots, "probe.dots_mm",
               "must list from 1 to 200 centres, as in [[0, 0], [2.5, 0]]");
 }
 

@@ -45,7 +45,7 @@ struct SphereTip {
 /// height.
 struct BarTip {
   static constexpr std::string_view kName = "bars";
-  static constexpr std::size_t kMostBars = 40;
+  static constexpr std::size_t kMaxBars = 40;
   std::vector<double> widths_mm{5.0, 5.0, 5.0};  ///< along x
   std::vector<double> gaps_mm{3.0, 5.0};         ///< between neighbours; one fewer than widths
   double length_mm = 20.0;                       ///< along y
@@ -145,7 +145,7 @@ struct CylinderTip {
 /// Flat round ends side by side, as in Braille.
 struct DotsTip {
   static constexpr std::string_view kName = "dots";
-  static constexpr std::size_t kMostDots = 200;
+  static constexpr std::size_t kMaxDots = 200;
   std::vector<Position> centres;
   double diameter_mm = 1.0;
   double edge_radius_mm = 0.0;

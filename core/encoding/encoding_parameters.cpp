@@ -214,14 +214,14 @@ FieldTable StimulationParameters::fields() {
        "[weakest, strongest] frequency of electrodes that set none", at<&P::frequency_Hz>},
       {"max_total_uA", "µA", not_negative(1e7), "largest sum of all amplitudes; must be set",
        at<&P::max_total_uA>},
-      {"watchdog_ms", "ms", not_negative(units::ms_from(kLongestWatchdog)),
+      {"watchdog_ms", "ms", not_negative(units::ms_from(kMaxWatchdog)),
        "wall time without a tick or without a new sample after which electrodes are switched off; "
        "at least two ticks; must be set",
        at<&P::watchdog>},
       {"max_slope_uA_per_s", "µA/s", positive(1e9),
        "largest rise of an amplitude; decreases are not limited", at<&P::max_slope_uA_per_s>,
        "no limit"},
-      {"max_electrodes", "", from_to(1, kMostElectrodes),
+      {"max_electrodes", "", from_to(1, kMaxElectrodes),
        "most electrodes that stimulate at the same time, the strongest first",
        at<&P::max_electrodes>, "all"},
       {"profile", "", any_value(),
@@ -295,7 +295,7 @@ Expected<void, ParameterError> EncodingParameters::check() const {
                   "is not a group of the scene");
   }
   if (!check.result()) return check.result();
-  check.require(electrodes.size() <= kMostElectrodes, "electrode",
+  check.require(electrodes.size() <= kMaxElectrodes, "electrode",
                 "must not appear more than 256 times");
   check_limits(*this, check);
   for (std::size_t g = 0; g < groups.size(); ++g) check_group(*this, g, check);

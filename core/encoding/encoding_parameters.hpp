@@ -119,9 +119,9 @@ struct ElectrodeLimits {
 };
 
 /// Longest time for which a receiver may keep an old command.
-inline constexpr std::chrono::seconds kLongestWatchdog{1};
+inline constexpr std::chrono::seconds kMaxWatchdog{1};
 /// Largest number of electrodes in a scene.
-inline constexpr std::size_t kMostElectrodes = 256;
+inline constexpr std::size_t kMaxElectrodes = 256;
 
 /// The electrodes of a scene and their limits. Without electrodes nothing is encoded.
 struct EncodingParameters {

@@ -11,9 +11,9 @@ namespace {
 using std::chrono::nanoseconds;
 
 /// Smaller sums are set to 0, because subnormal numbers are slow.
-constexpr double kLeastSum = 1e-12;
+constexpr double kMinSum = 1e-12;
 /// Weights refer to the present again before they could overflow.
-constexpr double kLeastDecayed = 1e-100;
+constexpr double kMinDecayed = 1e-100;
 
 }  // namespace
 
@@ -76,14 +76,14 @@ void FieldActivity::reset(std::size_t source) noexcept {
 void FieldActivity::advance(std::span<const SpikeEvent> spikes, nanoseconds end) noexcept {
   for (Field& field : fields_) {
     field.sum *= field.kept;
-    if (field.sum < kLeastSum) field.sum = 0.0;
+    if (field.sum < kMinSum) field.sum = 0.0;
     if (field.encoder != EncoderKind::kRecruited) continue;
     field.decayed *= field.kept;
-    if (field.decayed > kLeastDecayed) continue;
+    if (field.decayed > kMinDecayed) continue;
     double* const weights = weights_.data() + field.first_slot;
     for (std::size_t k = 0; k < field.afferents; ++k) {
       weights[k] *= field.decayed;
-      if (weights[k] < kLeastSum) weights[k] = 0.0;
+      if (weights[k] < kMinSum) weights[k] = 0.0;
     }
     field.decayed = 1.0;
   }

@@ -20,7 +20,7 @@ using State = TickRecord::State;
 /// The onset of a press lasts 20 ms in the afferents of the presets.
 constexpr nanoseconds kSettling{50'000'000};
 /// Smaller drives count as off, because an exponential window never decays to 0.
-constexpr double kLeastDrive = 0.01;
+constexpr double kMinDrive = 0.01;
 
 bool counts_spikes(EncoderKind kind) {
   return kind == EncoderKind::kRate || kind == EncoderKind::kRecruited ||
@@ -285,7 +285,7 @@ std::size_t StimulationEncoder::collect_pulses(const Tick& tick) noexcept {
 StimulationEncoder::Drive StimulationEncoder::drive(std::size_t source) const noexcept {
   const Electrode& settings = encoding_.sources[source].settings;
   const auto both = [](double value) { return Drive{.amplitude = value, .frequency = value}; };
-  const auto windowed = [&](double value) { return both(value < kLeastDrive ? 0.0 : value); };
+  const auto windowed = [&](double value) { return both(value < kMinDrive ? 0.0 : value); };
   switch (settings.encoder) {
     case EncoderKind::kRate:
       return windowed(activity_.rate_Hz(source) / settings.full_rate_Hz);
@@ -308,7 +308,7 @@ StimulationEncoder::Drive StimulationEncoder::drive(std::size_t source) const no
       const double changing =
           std::fabs(touch_.force_rate_N_per_s(source)) / settings.full_force_rate_N_per_s;
       const double amplitude = sustained + changing;
-      return {.amplitude = amplitude < kLeastDrive ? 0.0 : amplitude, .frequency = 1.0};
+      return {.amplitude = amplitude < kMinDrive ? 0.0 : amplitude, .frequency = 1.0};
     }
     case EncoderKind::kOwn:
       return own_[source];

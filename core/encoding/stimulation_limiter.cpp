@@ -16,7 +16,7 @@ using std::chrono::nanoseconds;
 /// Totals are scaled to slightly below the budget, so that rounding cannot raise the sum above it.
 constexpr double kBelow = 1.0 - 0x1.0p-40;
 /// Share of the budget below which pulses are dropped.
-constexpr double kLeast = 1e-6;
+constexpr double kMinShare = 1e-6;
 
 double largest_within_charge(double max_charge_nC, nanoseconds phase) {
   if (max_charge_nC == StimulationLimiter::kNone) return max_charge_nC;
@@ -234,7 +234,7 @@ std::size_t StimulationLimiter::scale_pulses(std::span<StimulationCommand> pulse
   if (used_uA + pulses_uA <= limits_.max_total_uA) return pulses.size();
   ++clippings_.total;
   const double left_uA = budget_uA_ - used_uA;
-  const bool none = left_uA < kLeast * limits_.max_total_uA;
+  const bool none = left_uA < kMinShare * limits_.max_total_uA;
   const double factor = none ? 0.0 : left_uA / pulses_uA;
   for (StimulationCommand& pulse : pulses) {
     pulse.amplitude_uA *= factor;

@@ -48,8 +48,8 @@ class SpikeRecorder final : public StepObserver {
 template <class Step>
 void share_neurons(std::size_t neurons, WorkerTeam* team, Step step) noexcept MERKEL_REALTIME {
   /// With fewer neurons per part, sharing the work costs more than it saves.
-  constexpr std::size_t kLeastPart = 1024;
-  const std::size_t worth = std::max<std::size_t>(neurons / kLeastPart, 1);
+  constexpr std::size_t kMinPart = 1024;
+  const std::size_t worth = std::max<std::size_t>(neurons / kMinPart, 1);
   const int parts = team == nullptr
                         ? 1
                         : static_cast<int>(std::min(worth, static_cast<std::size_t>(team->size())));

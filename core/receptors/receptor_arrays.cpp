@@ -7,7 +7,7 @@ namespace merkel {
 namespace {
 
 /// The closed forms divide by the depth; this close to the surface, the stress no longer changes.
-constexpr double kLeastDepth_mm = 1e-6;
+constexpr double kMinDepth_mm = 1e-6;
 
 std::size_t padded(std::size_t receptors) {
   return (receptors + kReceptorBlock - 1) / kReceptorBlock * kReceptorBlock;
@@ -33,7 +33,7 @@ ReceptorArrays<Real>::ReceptorArrays(std::span<const Receptor> receptors,
                                      const SigmoidTransduction& transduction)
     : skin_(skin),
       kind_(skin.energy_density),
-      receptor_depth_mm_(std::max(skin.receptor_depth_mm, kLeastDepth_mm)),
+      receptor_depth_mm_(std::max(skin.receptor_depth_mm, kMinDepth_mm)),
       sigmoid_{
           .alpha = static_cast<Real>(transduction.alpha_uA_per_cm2),
           .gamma = static_cast<Real>(transduction.gamma_per_kPa),
@@ -94,7 +94,7 @@ void ReceptorArrays<Real>::press(std::span<const PlacedContact> contacts, std::s
     if (only.sliding != nullptr) return slide_alone(only, receptors.first, receptors.last);
     return sphere_energy(field(only), receptors);
   }
-  alone_.field = nullptr;
+  remembered_.field = nullptr;
   for (AlignedArray<Real>& sum : sums_) {
     std::fill(sum.data() + receptors.first, sum.data() + receptors.last, Real(0));
   }
@@ -126,9 +126,9 @@ template <class Real>
 void ReceptorArrays<Real>::press_alone(const PlacedContact& placed, std::size_t first,
                                        std::size_t last) noexcept {
   const TipField::Blend blend = placed.field->blend(placed.contact.depth_mm);
-  const Alone now{placed.field, placed.x_mm, placed.y_mm, blend.lower};
-  if (!(now == alone_)) {
-    alone_ = now;
+  const RememberedContact now{placed.field, placed.x_mm, placed.y_mm, blend.lower};
+  if (!(now == remembered_)) {
+    remembered_ = now;
     std::fill(known_blocks_.begin(), known_blocks_.end(), std::uint8_t{0});
   }
   for (std::size_t block = first / kReceptorBlock; block < last / kReceptorBlock; ++block) {

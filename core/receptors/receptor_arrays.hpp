@@ -72,13 +72,13 @@ class ReceptorArrays {
   /// Of stresses; of one solved contact, the first three are TipField::Energies.
   AlignedArray<Real> sums_[kSums];
   /// The solved contact whose energies are remembered, in the blocks that are known.
-  struct Alone {
+  struct RememberedContact {
     const TipField* field = nullptr;
     double x_mm = 0.0, y_mm = 0.0;
     std::size_t lower = 0;
-    friend bool operator==(const Alone&, const Alone&) = default;
+    friend bool operator==(const RememberedContact&, const RememberedContact&) = default;
   };
-  Alone alone_;
+  RememberedContact remembered_;
   std::vector<std::uint8_t> known_blocks_;
 };
 

@@ -20,7 +20,7 @@ struct RawFrame {
     kOpened,    ///< no bytes: the port was opened or reopened; the parser restarts
     kStarted,   ///< no bytes: from here on, readings become samples
   };
-  static constexpr std::size_t kMostBytes = 64;
+  static constexpr std::size_t kMaxBytes = 64;
 
   std::chrono::nanoseconds time{0};  ///< host-monotonic: of arrival, or of the action
   std::uint32_t parsed = 0;          ///< complete, correct frames that end in these bytes
@@ -28,7 +28,7 @@ struct RawFrame {
   std::uint32_t lost = 0;            ///< missing, by sequence numbers or unanswered requests
   Kind kind = Kind::kReceived;
   std::uint8_t length = 0;  ///< used bytes
-  std::array<std::uint8_t, kMostBytes> bytes{};
+  std::array<std::uint8_t, kMaxBytes> bytes{};
 
   [[nodiscard]] std::span<const std::uint8_t> content() const noexcept {
     return std::span(bytes).first(length);

@@ -31,7 +31,7 @@ static_assert(std::is_trivially_copyable_v<ReadingHead>);
 /// which the model does not use, then the pressures of a tactile array in kPa.
 struct ProbeColumns {
   static constexpr std::size_t kPress = 7;
-  static constexpr std::size_t kMostFurther = 32;
+  static constexpr std::size_t kMaxFurther = 32;
 
   std::size_t first = 0;    ///< place in the row
   std::size_t further = 0;  ///< number of further columns

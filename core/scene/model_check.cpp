@@ -27,7 +27,7 @@ bool alone_on_patch(const TactileModel::Parameters& p, std::size_t patch) {
                        [patch](const Indenter& indenter) { return indenter.patch == patch; }) == 1;
 }
 
-constexpr std::int64_t kMostStepsPerTick = 100'000;
+constexpr std::int64_t kMaxStepsPerTick = 100'000;
 
 }  // namespace
 
@@ -67,7 +67,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
       .also(check_neuron(p))
       .require(p.tick.count() % p.step.count() == 0, "neuron.step_us",
                "must divide loop.tick_us without remainder")
-      .require(p.tick / p.step <= kMostStepsPerTick, "neuron.step_us",
+      .require(p.tick / p.step <= kMaxStepsPerTick, "neuron.step_us",
                "must be at least 1/100000 of loop.tick_us")
       .result();
 }

@@ -17,7 +17,7 @@ namespace merkel {
 class SimulationStep {
  public:
   /// Valid until the next step.
-  struct Made {
+  struct Output {
     std::span<const SpikeEvent> spikes;            ///< in order of time
     std::span<const StimulationCommand> commands;  ///< none without electrodes
   };
@@ -28,7 +28,7 @@ class SimulationStep {
 
   /// Advances by one tick, which ends at the records' time.
   /// \param records  one per probe, of the same time
-  Made step(std::span<const TickRecord> records) noexcept MERKEL_REALTIME {
+  Output step(std::span<const TickRecord> records) noexcept MERKEL_REALTIME {
     bool held = false;
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       contacts_[i] = records[i].contact;

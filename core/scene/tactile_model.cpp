@@ -41,7 +41,7 @@ std::unique_ptr<SlidingContact> sliding_of(const Indenter& indenter,
 }
 
 /// Limits the memory of all patches of a model.
-constexpr std::size_t kMostSpikesPerTick = 10'000'000;
+constexpr std::size_t kMaxSpikesPerTick = 10'000'000;
 
 Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel::Parameters& p) {
   std::vector<PatchLayout> layouts;
@@ -56,7 +56,7 @@ Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel
         ParameterCheck()
             .require(receptors <= static_cast<std::size_t>(kMaxReceptors), "receptors.count",
                      "gives more receptors in all patches than a scene can hold (10000000)")
-            .require(spikes <= kMostSpikesPerTick, "loop.tick_us",
+            .require(spikes <= kMaxSpikesPerTick, "loop.tick_us",
                      "is so long that the afferents could fire more than 10000000 spikes in a "
                      "tick: make it shorter")
             .result();
@@ -98,7 +98,7 @@ Expected<void, ParameterError> check_arrays(const TactileModel::Parameters& p,
     if (indenter.taxels() == nullptr) continue;
     const std::size_t nodes = TaxelField::nodes(*indenter.taxels(), indenter.orientation_deg,
                                                 p.skin, positions_of(patches[indenter.patch]));
-    all.require(nodes <= TaxelField::kMostNodes, "skin.receptor_depth_mm",
+    all.require(nodes <= TaxelField::kMaxNodes, "skin.receptor_depth_mm",
                 "is so small for an array of this size that a tick would take too long: use fewer "
                 "taxels, a smaller patch or deeper receptors");
   }

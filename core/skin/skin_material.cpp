@@ -77,12 +77,12 @@ Expected<void, ParameterError> SkinParameters::check() const {
 
 double SkinParameters::stiffening_at(double depth_mm, double pressure_kPa) const noexcept {
   if (std::isinf(stiffening_kPa)) return stiffening_under(depth_mm, 0.0);
-  return 1.0 / std::max(1.0 / kMostStiffening, 1.0 - pressure_kPa / stiffening_kPa);
+  return 1.0 / std::max(1.0 / kMaxStiffening, 1.0 - pressure_kPa / stiffening_kPa);
 }
 
 double SkinParameters::stiffening_under(double depth_mm, double pressure_kPa) const noexcept {
   if (std::isfinite(stiffening_kPa)) {
-    return std::min(kMostStiffening, 1.0 + pressure_kPa / stiffening_kPa);
+    return std::min(kMaxStiffening, 1.0 + pressure_kPa / stiffening_kPa);
   }
   return std::isfinite(stiffening_mm) ? portable_exp(std::max(0.0, depth_mm) / stiffening_mm) : 1.0;
 }

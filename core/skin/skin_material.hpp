@@ -39,9 +39,9 @@ struct SkinLayer {
 
 /// Layers from the surface inwards.
 struct SkinLayers {
-  static constexpr std::size_t kMost = 10;
+  static constexpr std::size_t kMax = 10;
 
-  std::array<SkinLayer, kMost> layer{};
+  std::array<SkinLayer, kMax> layer{};
   std::size_t count = 0;
 
   [[nodiscard]] bool empty() const noexcept { return count == 0; }
@@ -52,7 +52,7 @@ struct SkinLayers {
 /// Material and geometry of the skin.
 struct SkinParameters {
   /// Deep presses of small tips would stiffen the skin without limit.
-  static constexpr double kMostStiffening = 20.0;
+  static constexpr double kMaxStiffening = 20.0;
 
   double epidermis_kPa = 136.0;                                ///< Young's modulus of the epidermis
   double dermis_kPa = 80.0;                                    ///< Young's modulus of the dermis
@@ -82,7 +82,7 @@ struct SkinParameters {
   [[nodiscard]] bool stiffens() const noexcept {
     return std::isfinite(stiffening_mm) || std::isfinite(stiffening_kPa);
   }
-  /// The moduli under a press over those of skin at rest, from 1 to kMostStiffening by pressure:
+  /// The moduli under a press over those of skin at rest, from 1 to kMaxStiffening by pressure:
   /// e^(depth/d1), or 1/(1 − p0/p1), which is 1 + p/p1 with the actual mean pressure p.
   /// \param pressure_kPa  p0, the mean pressure that the same depth takes in skin at rest
   /// Real-time: yes.

@@ -9,9 +9,9 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kFewestReadings = 10;
-constexpr double kMostDrift = 0.02;   ///< as a share of the span of the points
-constexpr double kMostNoise = 0.05;   ///< rms, as a share of the span
+constexpr std::size_t kMinReadings = 10;
+constexpr double kMaxDrift = 0.02;    ///< as a share of the span of the points
+constexpr double kMaxNoise = 0.05;    ///< rms, as a share of the span
 constexpr double kNoisesApart = 3.0;  ///< least distance of two points' readings, times the noise
 
 struct Motion {
@@ -39,10 +39,10 @@ std::string moving_point(std::span<const CalibrationPoint> points, double gain) 
       points.begin(), points.end(), [](const auto& a, const auto& b) { return a.known < b.known; });
   const double span = most->known - least->known;
   for (const CalibrationPoint& point : points) {
-    if (point.readings.size() < kFewestReadings) continue;
+    if (point.readings.size() < kMinReadings) continue;
     const Motion motion = motion_of(point.readings);
-    const bool drifts = std::fabs(gain) * motion.drift > kMostDrift * span;
-    const bool scatters = std::fabs(gain) * motion.noise > kMostNoise * span;
+    const bool drifts = std::fabs(gain) * motion.drift > kMaxDrift * span;
+    const bool scatters = std::fabs(gain) * motion.noise > kMaxNoise * span;
     if (!drifts && !scatters) continue;
     const double moved = std::fabs(gain) * (drifts ? motion.drift : motion.noise);
     return "at " + shortest_decimal(point.known) + " the readings " +
@@ -60,10 +60,10 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
   double squares = 0.0;
   double readings = 0.0;
   for (const CalibrationPoint& point : points) {
-    if (point.readings.size() < kFewestReadings) {
+    if (point.readings.size() < kMinReadings) {
       return bad_input("at " + shortest_decimal(point.known) + " only " +
                        std::to_string(point.readings.size()) + " readings arrived: at least " +
-                       std::to_string(kFewestReadings) + " are needed; measure longer");
+                       std::to_string(kMinReadings) + " are needed; measure longer");
     }
     const auto count = static_cast<double>(point.readings.size());
     const double mean = std::accumulate(point.readings.begin(), point.readings.end(), 0.0) / count;

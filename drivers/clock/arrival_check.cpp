@@ -11,10 +11,10 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kBack{2};   ///< largest step back between frames
 constexpr milliseconds kLate{25};  ///< longest latency of a transport
 constexpr milliseconds kPersistence{60};
-constexpr std::uint32_t kFewestFrames = 3;  ///< that are wrong
-constexpr int kCatchUp = 5;                 ///< a backlog must shrink by at least 1/5 of the time
-constexpr milliseconds kGroup{10};          ///< frames that arrive within this time are one group
-constexpr std::uint32_t kFewestGroups = 2;  ///< whole groups that are late
+constexpr std::uint32_t kMinWrongFrames = 3;  ///< that are wrong
+constexpr int kCatchUp = 5;                   ///< a backlog must shrink by at least 1/5 of the time
+constexpr milliseconds kGroup{10};            ///< frames that arrive within this time are one group
+constexpr std::uint32_t kMinGroups = 2;       ///< whole groups that are late
 constexpr milliseconds kFirstBatch{200};
 constexpr milliseconds kSettledBatch{60};  ///< by which a batch can be earlier than all before
 
@@ -28,9 +28,9 @@ void ArrivalCheck::restart() noexcept {
 }
 
 bool ArrivalCheck::wrong_persists(Time arrival) noexcept {
-  if (!wrong_) wrong_ = Wrong{.since = arrival};
+  if (!wrong_) wrong_ = WrongFrames{.since = arrival};
   ++wrong_->frames;
-  return wrong_->frames >= kFewestFrames && arrival - wrong_->since >= kPersistence;
+  return wrong_->frames >= kMinWrongFrames && arrival - wrong_->since >= kPersistence;
 }
 
 ArrivalCheck::Arrival ArrivalCheck::check(Time estimate, Time arrival, Time tolerance,
@@ -76,7 +76,7 @@ bool ArrivalCheck::late_persists(Time lateness, Time arrival) noexcept {
     late.group = arrival;
     late.least = lateness;
   }
-  if (late.groups < kFewestGroups || arrival - late.since < kPersistence) return false;
+  if (late.groups < kMinGroups || arrival - late.since < kPersistence) return false;
   if ((late.peak - lateness) * kCatchUp < arrival - late.peak_at) return true;
   late_.reset();
   return false;

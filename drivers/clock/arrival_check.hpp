@@ -31,7 +31,7 @@ class ArrivalCheck {
 
  private:
   using Time = std::chrono::nanoseconds;
-  struct Wrong {
+  struct WrongFrames {
     Time since{0};
     std::uint32_t frames = 0;
   };
@@ -51,7 +51,7 @@ class ArrivalCheck {
   std::optional<Time> last_good_;  ///< estimate
   Time last_arrival_{0};
   Time batch_span_{200'000'000};  ///< since the previous batch; an assumption for the first one
-  std::optional<Wrong> wrong_;
+  std::optional<WrongFrames> wrong_;
   std::optional<Late> late_;
 };
 

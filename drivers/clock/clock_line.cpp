@@ -8,7 +8,7 @@ namespace merkel {
 namespace {
 
 constexpr double kRobust_s = 1e-4;  ///< an offset further from the line counts less
-constexpr int kMostSteps = 200;
+constexpr int kMaxSteps = 200;
 
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -27,7 +27,7 @@ ClockLine ClockLine::through(const std::vector<std::pair<double, double>>& offse
   std::vector<double> residuals(offsets.size());
   double at_middle = 0.0;
   double drift = 0.0;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     double w = 0.0;
     double wx = 0.0;
     double wy = 0.0;

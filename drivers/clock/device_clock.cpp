@@ -12,10 +12,10 @@ constexpr nanoseconds kInterval{1'000'000'000};
 constexpr nanoseconds kFirstInterval{250'000'000};  ///< while there are few points
 constexpr std::size_t kFew = 8;
 constexpr nanoseconds kWrongAnswer{50'000'000};
-constexpr std::size_t kEnough = 3;           ///< fewest points for a line
-constexpr std::uint64_t kMostBiases = 1000;  ///< longest window of their mean
-constexpr double kLeastPace = 0.9;
-constexpr double kMostPace = 1.1;
+constexpr std::size_t kEnough = 3;          ///< fewest points for a line
+constexpr std::uint64_t kMaxBiases = 1000;  ///< longest window of their mean
+constexpr double kMinPace = 0.9;
+constexpr double kMaxPace = 1.1;
 constexpr double kLatencyForgetting = 1e-3;
 
 }  // namespace
@@ -138,7 +138,7 @@ void DeviceClock::observe(const ClockExchange& exchange) {
 }
 
 void DeviceClock::take_bias(const Point& answer) {
-  biases_ = std::min(biases_ + 1, kMostBiases);
+  biases_ = std::min(biases_ + 1, kMaxBiases);
   const double bias_ns =
       offset_ns(answer.device) + bias_ns_ - static_cast<double>(answer.offset.count());
   bias_ns_ += (bias_ns - bias_ns_) / static_cast<double>(biases_);
@@ -155,7 +155,7 @@ nanoseconds DeviceClock::host_time(nanoseconds device_time, nanoseconds latest) 
         static_cast<double>(std::max((device_time - mapped_device_).count(), std::int64_t{1}));
     host = mapped_host_ +
            nanoseconds{std::llround(std::clamp(static_cast<double>((mapped - mapped_host_).count()),
-                                               kLeastPace * step, kMostPace * step))};
+                                               kMinPace * step, kMaxPace * step))};
     host = std::max(host, mapped_host_ + nanoseconds{1});
   }
   if (host > latest) host = mapped_ ? std::max(latest, mapped_host_ + nanoseconds{1}) : latest;

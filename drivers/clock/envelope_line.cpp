@@ -8,11 +8,11 @@
 namespace merkel {
 namespace {
 
-constexpr double kMostSlope = 0.02;  ///< between any two oscillators
-constexpr double kHeldUp = 4.0;      ///< times the median distance
-constexpr std::size_t kFewestForLone = 4;
+constexpr double kMaxSlope = 0.02;  ///< between any two oscillators
+constexpr double kHeldUp = 4.0;     ///< times the median distance
+constexpr std::size_t kMinForLone = 4;
 constexpr double kLoneLow_ns = 10e6;
-constexpr double kLeastHeldUp_ns = 20'000.0;  ///< below: noise of any transport
+constexpr double kMinHeldUp_ns = 20'000.0;  ///< below: noise of any transport
 
 bool turns_up(const EnvelopePoint& a, const EnvelopePoint& b, const EnvelopePoint& c) {
   return (b.y_ns - a.y_ns) * (c.x_ns - b.x_ns) < (c.y_ns - b.y_ns) * (b.x_ns - a.x_ns);
@@ -38,7 +38,7 @@ std::optional<double> hull_slope(std::span<const EnvelopePoint> points) {
   for (std::size_t i = 1; i < hull.size(); ++i) {
     if (hull[i].x_ns < mean_ns) continue;
     const double slope = (hull[i].y_ns - hull[i - 1].y_ns) / (hull[i].x_ns - hull[i - 1].x_ns);
-    return std::fabs(slope) <= kMostSlope ? std::optional(slope) : std::nullopt;
+    return std::fabs(slope) <= kMaxSlope ? std::optional(slope) : std::nullopt;
   }
   return std::nullopt;
 }
@@ -47,7 +47,7 @@ std::optional<double> hull_slope(std::span<const EnvelopePoint> points) {
 /// device time was wrong. The newest one stays: it may be the first on time after a stall.
 std::vector<EnvelopePoint> without_lone_low(std::span<const EnvelopePoint> points, double slope) {
   std::vector<EnvelopePoint> rest(points.begin(), points.end());
-  if (rest.size() < kFewestForLone) return rest;
+  if (rest.size() < kMinForLone) return rest;
   const auto height = [slope](const EnvelopePoint& point) {
     return point.y_ns - slope * point.x_ns;
   };
@@ -103,7 +103,7 @@ EnvelopeLine fit_envelope(std::span<const EnvelopePoint> all, double slope) {
   std::nth_element(heights.begin(), middle, heights.end());
   const double lowest = *std::min_element(heights.begin(), heights.end());
   if (!hull) return {.intercept_ns = lowest, .slope = slope, .rms_ns = *middle - lowest};
-  const double highest = lowest + std::max(kHeldUp * (*middle - lowest), kLeastHeldUp_ns);
+  const double highest = lowest + std::max(kHeldUp * (*middle - lowest), kMinHeldUp_ns);
   std::vector<EnvelopePoint> good;
   std::copy_if(points.begin(), points.end(), std::back_inserter(good),
                [&](const EnvelopePoint& point) { return height(point) <= highest; });

@@ -11,7 +11,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kNeighbours = 64;  ///< pulses
-constexpr std::size_t kMostKnots = 64;
+constexpr std::size_t kMaxKnots = 64;
 
 /// Drops pairs that are farther from the line through their neighbours than nearly all others.
 void drop_outliers(std::vector<ClockReading>& pairs) {
@@ -54,7 +54,7 @@ void drop_outliers(std::vector<ClockReading>& pairs) {
 
 /// Means of neighbouring pairs, few enough for a fit.
 std::vector<ClockReading> knots_of(const std::vector<ClockReading>& pairs) {
-  const std::size_t size = std::clamp<std::size_t>(pairs.size() / kMostKnots, 1, kNeighbours);
+  const std::size_t size = std::clamp<std::size_t>(pairs.size() / kMaxKnots, 1, kNeighbours);
   std::vector<ClockReading> knots;
   const std::size_t count = pairs.size() / size;
   for (std::size_t k = 0; k < count; ++k) {

@@ -15,11 +15,11 @@ using Nanoseconds = std::chrono::nanoseconds;
 
 constexpr double kLargestDrift = 1e-3;     ///< of one clock against the other
 constexpr double kRateWalk = 1e-14;        ///< variance of the drift that a second adds
-constexpr std::size_t kFewestPulses = 8;   ///< that must match
+constexpr std::size_t kMinPulses = 8;      ///< that must match
 constexpr std::size_t kSeedIntervals = 3;  ///< a place is tried if these are alike
-constexpr std::size_t kMostSeeds = 1024;
-constexpr std::size_t kMostPlaces = 64;  ///< of a seed; more: it tells nothing
-constexpr std::size_t kBlock = 16;       ///< pulses
+constexpr std::size_t kMaxSeeds = 1024;
+constexpr std::size_t kMaxPlaces = 64;  ///< of a seed; more: it tells nothing
+constexpr std::size_t kBlock = 16;      ///< pulses
 constexpr std::uint32_t kUnmatched = UINT32_MAX;
 
 /// A number with at most three decimals.
@@ -162,7 +162,7 @@ class PlaceSearch {
 
   void run() {
     const std::size_t starts = x_.size() - kSeedIntervals;
-    const std::size_t seeds = std::min(starts, kMostSeeds);
+    const std::size_t seeds = std::min(starts, kMaxSeeds);
     for (std::size_t k = 0; k < seeds; ++k)
       try_seed(k * (starts - 1) / std::max(seeds - 1, std::size_t{1}));
   }
@@ -192,7 +192,7 @@ class PlaceSearch {
       }
       if (!alike) continue;
       places.push_back(j);
-      if (places.size() > kMostPlaces) {
+      if (places.size() > kMaxPlaces) {
         ++regular_;
         return;
       }
@@ -206,7 +206,7 @@ class PlaceSearch {
           std::any_of(placements_.begin(), placements_.end(), [&](const Placement& other) {
             return 2 * placement.agreeing(other) > placement.matched;
           });
-      if (placement.matched >= kFewestPulses && !same) placements_.push_back(std::move(placement));
+      if (placement.matched >= kMinPulses && !same) placements_.push_back(std::move(placement));
     }
   }
 
@@ -238,27 +238,27 @@ Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from
                                                std::span<const Nanoseconds> to,
                                                Nanoseconds tolerance) {
   using Failure = Unexpected<std::string>;
-  if (std::min(from.size(), to.size()) < kFewestPulses) {
+  if (std::min(from.size(), to.size()) < kMinPulses) {
     return Failure("there are " + std::to_string(from.size()) + " pulses and " +
                    std::to_string(to.size()) + ", and a match needs at least " +
-                   std::to_string(kFewestPulses));
+                   std::to_string(kMinPulses));
   }
   const bool swapped = to.size() < from.size();
   const std::vector<double> x = seconds_of(swapped ? to : from);
   const std::vector<double> y = seconds_of(swapped ? from : to);
   const double most =
       std::min(1e-9 * static_cast<double>(tolerance.count()),
-               std::min(short_interval(x), short_interval(y)) / static_cast<double>(kFewestPulses));
+               std::min(short_interval(x), short_interval(y)) / static_cast<double>(kMinPulses));
   PlaceSearch search(x, y, most);
   search.run();
   const std::vector<Placement>& found = search.placements();
-  if (found.empty() || found.front().matched < kFewestPulses) {
+  if (found.empty() || found.front().matched < kMinPulses) {
     if (search.regular()) {
       return Failure(
           "the intervals of the pulses are too alike to tell one place from another: use pulses at "
           "irregular intervals");
     }
-    return Failure("no place fits: no " + std::to_string(kFewestPulses) +
+    return Failure("no place fits: no " + std::to_string(kMinPulses) +
                    " pulses have the same intervals to within " + thousandths(1e3 * most) + " ms");
   }
   const Placement& best = found.front();

@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostAnswer = 16'384;  ///< bytes of a program's output that are read
+constexpr std::size_t kMaxAnswer = 16'384;  ///< bytes of a program's output that are read
 constexpr double kLargestError_s = 1e6;
 constexpr std::string_view kChronyOwnClock = "7F7F0101";  ///< the reference 127.127.1.1
 
@@ -60,7 +60,7 @@ std::string output_of(const char* command) {
   std::string text;
   const std::unique_ptr<FILE, ClosePipe> pipe(::popen(command, "re"));
   std::array<char, 4096> part{};
-  while (pipe && text.size() < kMostAnswer) {
+  while (pipe && text.size() < kMaxAnswer) {
     const std::size_t count = std::fread(part.data(), 1, part.size(), pipe.get());
     if (count == 0) break;
     text.append(part.data(), count);

@@ -19,7 +19,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostPixels = std::size_t{1} << 24U;
+constexpr std::size_t kMaxPixels = std::size_t{1} << 24U;
 constexpr std::size_t kLargestFile = std::size_t{1} << 28U;
 
 struct Heights {
@@ -115,7 +115,7 @@ Expected<HeightMap, SetupError> parse_npy_heights(std::string_view bytes, const 
   if (!rows || !columns || take_whole(sizes)) {
     return bad_input(name + " does not hold an array of two dimensions" + wanted);
   }
-  if (*rows > kMostPixels || *columns > kMostPixels || *rows * *columns > kMostPixels) {
+  if (*rows > kMaxPixels || *columns > kMaxPixels || *rows * *columns > kMaxPixels) {
     return bad_input(name + " has more than 16777216 heights: use larger pixels");
   }
   const std::size_t count = *rows * *columns;
@@ -163,7 +163,7 @@ Expected<HeightMap, SetupError> parse_csv_heights(std::string_view text, const s
                        " heights, but the first one has " + std::to_string(heights.columns) +
                        ": every line needs the same number");
     }
-    if (heights.values.size() > kMostPixels) {
+    if (heights.values.size() > kMaxPixels) {
       return bad_input(name + " has more than 16777216 heights: use larger pixels");
     }
   }

@@ -52,7 +52,7 @@ LineReader::Outcome LineReader::next() {
     std::size_t length = end_ - begin_;
     if (found != nullptr) {
       length = static_cast<std::size_t>(static_cast<const char*>(found) - first);
-    } else if (length <= kLongestLine && !at_end_) {
+    } else if (length <= kMaxLine && !at_end_) {
       searched = length;
       if (!refill() && !error_.empty()) return Outcome::kError;
       continue;
@@ -61,8 +61,8 @@ LineReader::Outcome LineReader::next() {
     }
 
     ++number_;
-    if (length > kLongestLine) {
-      error_ = where() + "this line has more than " + std::to_string(kLongestLine) +
+    if (length > kMaxLine) {
+      error_ = where() + "this line has more than " + std::to_string(kMaxLine) +
                " characters: is this a CSV table?";
       return Outcome::kError;
     }

@@ -17,7 +17,7 @@ namespace merkel {
 class LineReader {
  public:
   /// A longer line is an error: the file is not a table.
-  static constexpr std::size_t kLongestLine = 32'768;
+  static constexpr std::size_t kMaxLine = 32'768;
 
   [[nodiscard]] static Expected<LineReader, SetupError> open(const std::string& path);
 

@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostKeyParts = 16;
+constexpr std::size_t kMaxKeyParts = 16;
 constexpr std::string_view kWhiteSpace = " \t\n\v\f\r";
 
 bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80U; }
@@ -53,7 +53,7 @@ class Guard {
     }
     // A number has at most one point; these characters end a key.
     if (std::string_view("\n,[{=").find(c) != std::string_view::npos) points_ = 0;
-    if (c == '.' && ++points_ >= kMostKeyParts) {
+    if (c == '.' && ++points_ >= kMaxKeyParts) {
       reason_ = "a dotted key has more than 16 parts";
       return;
     }

@@ -170,7 +170,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   }
   if (!ignored_columns_.empty()) {
     std::string sentence = lines_.path() + ": besides the columns of the model, at most " +
-                           std::to_string(ProbeColumns::kMostFurther) +
+                           std::to_string(ProbeColumns::kMaxFurther) +
                            " are kept; these are ignored:";
     for (const std::string& name : ignored_columns_) sentence += " " + name;
     notices_.push_back(std::move(sentence));
@@ -207,7 +207,7 @@ Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
 }
 
 void TraceReader::add_extra_column(Column column) {
-  const bool kept = extra_columns_.size() < ProbeColumns::kMostFurther;
+  const bool kept = extra_columns_.size() < ProbeColumns::kMaxFurther;
   column.kind = kept ? Kind::kExtra : Kind::kIgnored;
   columns_.push_back(column);
   (kept ? extra_columns_ : ignored_columns_)
@@ -223,11 +223,11 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
     return further && named && named->pressure;
   };
   const auto count = std::count_if(columns_.begin(), columns_.end(), pressure);
-  if (static_cast<std::size_t>(count) <= ProbeColumns::kMostFurther) return {};
-  if (static_cast<std::size_t>(count) > TaxelArray::kMost) {
+  if (static_cast<std::size_t>(count) <= ProbeColumns::kMaxFurther) return {};
+  if (static_cast<std::size_t>(count) > TaxelArray::kMax) {
     return bad_input(lines_.where() + std::to_string(count) +
                      " columns are pressures, but a tactile array has at most " +
-                     std::to_string(TaxelArray::kMost) + " taxels: remove some");
+                     std::to_string(TaxelArray::kMax) + " taxels: remove some");
   }
   extra_columns_.clear();
   ignored_columns_.clear();
@@ -248,7 +248,7 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
 /// NaN if the field is not a number.
 double TraceReader::extra_value(std::string_view field, std::size_t column) {
   const auto value = parse_number(field);
-  if (!value && !field.empty() && !std::exchange(told_of_text_, true)) {
+  if (!value && !field.empty() && !std::exchange(text_reported_, true)) {
     notices_.push_back(lines_.where() + extra_columns_[column] +
                        " is text: sessions keep NaN in its place");
   }

@@ -20,7 +20,7 @@ namespace merkel {
 
 /// Reads a trace: a CSV table of `time_s` and `depth_mm` or `force_N` (or both), optionally `x_mm`
 /// and `y_mm`, in any order of columns and in any unit of the devices' lines: `time_ms`, `force_g`,
-/// `depth_um`. Up to ProbeColumns::kMostFurther further columns are kept; readings of several
+/// `depth_um`. Up to ProbeColumns::kMaxFurther further columns are kept; readings of several
 /// probes are named like thumb_N, and need neither depth nor force. More pressures than that are
 /// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin
 /// with '#' are comments. Times are strictly increasing, to the nanosecond; every value is finite.
@@ -94,7 +94,7 @@ class TraceReader {
   std::vector<std::string> taxels_;
   std::vector<TaxelGap> gaps_;
   std::vector<std::string> notices_;
-  bool told_of_text_ = false;
+  bool text_reported_ = false;
   std::uint32_t channels_ = 0;
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};

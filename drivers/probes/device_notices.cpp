@@ -7,7 +7,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kLongest = 8000;  ///< far beyond a shortened sentence
+constexpr std::size_t kMaxLength = 8000;  ///< far beyond a shortened sentence
 
 }  // namespace
 
@@ -16,17 +16,17 @@ void DeviceNotices::add(const std::string& sentence, std::chrono::nanoseconds no
   if (now - second_ >= std::chrono::seconds{1}) {
     second_ = now;
     passed_ = 0;
-    if (dropped_ > 0 && sentences_.size() < kMost) {
+    if (dropped_ > 0 && sentences_.size() < kMax) {
       sentences_.push_back(std::to_string(std::exchange(dropped_, 0)) +
                            " more notices of its device were suppressed");
     }
   }
-  if (passed_ >= kPerSecond || sentences_.size() >= kMost) {
+  if (passed_ >= kPerSecond || sentences_.size() >= kMax) {
     ++dropped_;
     return;
   }
   ++passed_;
-  sentences_.push_back(printable_text(shortened(sentence), kLongest));
+  sentences_.push_back(printable_text(shortened(sentence), kMaxLength));
 }
 
 void DeviceNotices::dropped(std::uint64_t count) {

@@ -21,7 +21,7 @@ class DeviceNotices {
 
  private:
   static constexpr std::uint32_t kPerSecond = 5;
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMax = 64;
 
   std::mutex mutex_;  ///< guards all
   std::vector<std::string> sentences_;

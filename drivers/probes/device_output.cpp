@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "drivers/printable_text.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {

@@ -36,7 +36,7 @@ class DeviceOutput {
 
   /// A tactile array.
   DeviceOutput(ProbeInfo info, std::vector<ChannelName> channels,
-               const ProbeChannels::Taxels& array)
+               const ChannelSelection::Taxels& array)
       : info_(std::move(info)), taxels_(std::in_place, info_.name, std::move(channels), array) {}
 
   /// Thread: any.

@@ -9,8 +9,8 @@
 
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/device_opening.hpp"
-#include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 
 namespace merkel {
@@ -21,7 +21,7 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kBoot{3000};
 constexpr milliseconds kFirstBackoff{50};
-constexpr milliseconds kLongestBackoff{400};
+constexpr milliseconds kMaxBackoff{400};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
@@ -139,8 +139,8 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   auto lines = SyncLines::choose(settings_.sync, names);
   if (!lines) return refuse(lines.error());
   sync_lines_ = std::move(*lines);
-  const std::vector<ProbeChannels> parts =
-      settings_.parts.empty() ? std::vector<ProbeChannels>(1) : settings_.parts;
+  const std::vector<ChannelSelection> parts =
+      settings_.parts.empty() ? std::vector<ChannelSelection>(1) : settings_.parts;
   std::vector<std::string> files = settings_.calibrations;
   files.resize(parts.size());
   const bool in_scene = std::any_of(files.begin(), files.end(),
@@ -152,7 +152,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
   }
   if (!in_scene) files.front() = settings_.calibration;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const ProbeChannels& wanted = parts[i];
+    const ChannelSelection& wanted = parts[i];
     if (wanted.taxels) {
       // The factors of its columns are in effect already.
       const auto file = files[i].empty() ? ProbeCalibration{} : read_calibration(files[i]);
@@ -190,7 +190,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
     for (const ChannelName& each : names) {
       if (!wanted.empty() || !is_named(each.channel)) continue;
       info.device_channels.push_back(printable_text(in_unit_of_readings(each)));
-      if (further.size() == ProbeColumns::kMostFurther) continue;
+      if (further.size() == ProbeColumns::kMaxFurther) continue;
       further.push_back(each.channel);
       info.extra_columns.push_back(info.device_channels.back());
     }
@@ -358,7 +358,7 @@ bool DeviceProbe::connect_again(Time until) {
     notice(name_ + " is back after " + outage.data());
     return true;
   }
-  backoff_ = std::min<Time>(2 * backoff_, kLongestBackoff);
+  backoff_ = std::min<Time>(2 * backoff_, kMaxBackoff);
   try_again_ = now() + backoff_;
   return false;
 }

@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "drivers/probe.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/device_notices.hpp"
 #include "drivers/probes/device_output.hpp"
 #include "drivers/probes/host_clock.hpp"
 #include "drivers/probes/port_log.hpp"
-#include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/reading_times.hpp"
 #include "drivers/probes/stream_quality.hpp"
 #include "drivers/probes/sync_lines.hpp"
@@ -30,9 +30,9 @@ namespace merkel {
 class DeviceProbe final : public Probe {
  public:
   struct Settings {
-    std::string uri;                   ///< without what follows '#',
-    std::vector<ProbeChannels> parts;  ///< which is this, one for each probe that it feeds
-    std::string protocol;              ///< its name, for messages
+    std::string uri;                      ///< without what follows '#',
+    std::vector<ChannelSelection> parts;  ///< which is this, one for each probe that it feeds
+    std::string protocol;                 ///< its name, for messages
     ReadingTimes::Rule times = ReadingTimes::Rule::kMapped;
     std::string calibration;                ///< file; empty: none
     std::vector<std::string> calibrations;  ///< of each probe that it feeds, instead

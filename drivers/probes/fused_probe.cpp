@@ -13,7 +13,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostWaiting = 100'000;
+constexpr std::size_t kMaxWaiting = 100'000;
 constexpr std::size_t kLinesOfMember = 16;
 constexpr std::string_view kScheme = "fused:";
 
@@ -105,10 +105,10 @@ void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
     for (std::size_t i = 0; i < *count; ++i) {
       if (const auto sample = readings.sample(i)) member.samples.push_back(*sample);
     }
-    if (member.edges.size() < kMostWaiting) {
+    if (member.edges.size() < kMaxWaiting) {
       member.edges.insert(member.edges.end(), readings.edges().begin(), readings.edges().end());
     }
-    while (member.samples.size() > kMostWaiting) member.samples.pop_front();
+    while (member.samples.size() > kMaxWaiting) member.samples.pop_front();
     if (*count > 0) more_.notify_one();
   }
 }

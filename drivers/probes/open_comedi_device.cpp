@@ -16,7 +16,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostAnalogChannels = 64;
+constexpr std::size_t kMaxAnalogChannels = 64;
 
 /// "0,1" as numbers; empty: wrong.
 std::vector<unsigned> analog_channels(std::string_view text) {
@@ -96,10 +96,10 @@ Expected<std::unique_ptr<Probe>, SetupError> open_comedi_device(const Uri& uri,
   if (channels.empty()) {
     for (unsigned i = 0; i < columns.size(); ++i) card_settings.channels.push_back(i);
   }
-  if (card_settings.channels.size() != columns.size() || columns.size() > kMostAnalogChannels) {
+  if (card_settings.channels.size() != columns.size() || columns.size() > kMaxAnalogChannels) {
     return refuse("channels=" + channels + " must be one number for each of the " +
                   std::to_string(columns.size()) + " columns, at most " +
-                  std::to_string(kMostAnalogChannels) + ", such as 0,1");
+                  std::to_string(kMaxAnalogChannels) + ", such as 0,1");
   }
   const std::size_t count = card_settings.ranges_V.size();
   if (!ranges.empty() && count != 1 && count != columns.size()) {

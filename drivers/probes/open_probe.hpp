@@ -7,7 +7,7 @@
 
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 
 namespace merkel {
 

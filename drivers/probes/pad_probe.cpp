@@ -11,7 +11,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kLongestPad_s = 1e6;
+constexpr double kMaxPad_s = 1e6;
 constexpr int kPointsAcross = 3;  ///< of a taxel
 
 }  // namespace
@@ -35,10 +35,10 @@ Expected<std::unique_ptr<Probe>, SetupError> PadProbe::open(const Uri& uri) {
   options.contact_mm = given.number("contact_mm", 4.0, 0.01, 100.0);
   options.roll_mm = given.number("roll_mm", 3.0, 0.0, 100.0);
   options.count = static_cast<int>(given.whole("count", 6, 1, 1'000'000));
-  options.press_s = given.number("tap_s", 0.9, 1e-3, kLongestPad_s);
-  options.interval_s = given.number("interval_s", 1.2, 1e-3, kLongestPad_s);
-  options.wait_s = given.number("wait_s", 0.2, 0.0, kLongestPad_s);
-  options.tail_s = given.number("tail_s", 0.5, 0.0, kLongestPad_s);
+  options.press_s = given.number("tap_s", 0.9, 1e-3, kMaxPad_s);
+  options.interval_s = given.number("interval_s", 1.2, 1e-3, kMaxPad_s);
+  options.wait_s = given.number("wait_s", 0.2, 0.0, kMaxPad_s);
+  options.tail_s = given.number("tail_s", 0.5, 0.0, kMaxPad_s);
   options.rate_Hz = given.number("rate_hz", 1000.0, 1.0, 1e4);
   options.noise_kPa = given.number("noise_kPa", 0.0, 0.0, 1e3);
   options.seed = static_cast<std::uint64_t>(given.whole("seed", 1, 0, INT64_MAX));

@@ -8,7 +8,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostOfOpening = 4096;
+constexpr std::size_t kMaxOfOpening = 4096;
 
 }  // namespace
 
@@ -53,7 +53,7 @@ void PortLog::sent(std::span<const std::uint8_t> bytes, nanoseconds time) {
 
 void PortLog::notify(RawFrame frame, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
-    const auto portion = bytes.first(std::min(bytes.size(), RawFrame::kMostBytes));
+    const auto portion = bytes.first(std::min(bytes.size(), RawFrame::kMaxBytes));
     bytes = bytes.subspan(portion.size());
     RawFrame part = frame;
     if (!bytes.empty()) part.parsed = part.damaged = part.lost = 0;
@@ -66,7 +66,7 @@ void PortLog::notify(RawFrame frame, std::span<const std::uint8_t> bytes) {
 void PortLog::notify(const RawFrame& frame) {
   const std::scoped_lock lock(mutex_);
   for (PortListener* const listener : listeners_) listener->take(frame);
-  if (listeners_.empty() && dropped_ == 0 && opening_.size() < kMostOfOpening) {
+  if (listeners_.empty() && dropped_ == 0 && opening_.size() < kMaxOfOpening) {
     opening_.push_back(frame);
     return;
   }

@@ -7,8 +7,8 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/device_opening.hpp"
-#include "drivers/probes/probe_channels.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/sample_limits.hpp"
@@ -25,7 +25,7 @@ constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels 
 }  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
-    std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+    std::unique_ptr<Probe> recording, std::vector<ChannelSelection> parts,
     std::vector<std::string> calibrations) {
   const ProbeInfo whole = recording->info();
   if (parts.empty() && calibrations.empty()) return recording;
@@ -54,7 +54,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const ProbeChannels& wanted = parts[i];
+    const ChannelSelection& wanted = parts[i];
     Array array;
     if (wanted.taxels) {
       array.columns = whole.taxels > 0 ? std::vector<ChannelName>{}

@@ -7,8 +7,8 @@
 
 #include "core/contact/taxel_gap.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/forwarding_probe.hpp"
-#include "drivers/probes/probe_channels.hpp"
 
 namespace merkel {
 
@@ -16,10 +16,10 @@ namespace merkel {
 /// feeds one or more of them, as the device that it was recorded from would.
 class RecordedOutputs final : public ForwardingProbe {
  public:
-  /// \param parts  the columns of each probe (ProbeChannels); empty: the recording as it is
+  /// \param parts  the columns of each probe (ChannelSelection); empty: the recording as it is
   /// \param calibrations  a file for each probe; empty: none
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> split(
-      std::unique_ptr<Probe> recording, std::vector<ProbeChannels> parts,
+      std::unique_ptr<Probe> recording, std::vector<ChannelSelection> parts,
       std::vector<std::string> calibrations);
 
   [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return infos_; }

@@ -15,9 +15,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kFirst = 256;         ///< samples from which regularity is determined
-constexpr std::size_t kFewestSamples = 20;  ///< fewer samples: written by hand
-constexpr double kRegular = 0.9;            ///< share of steps within a factor of two of the median
+constexpr std::size_t kFirst = 256;      ///< samples from which regularity is determined
+constexpr std::size_t kMinSamples = 20;  ///< fewer samples: written by hand
+constexpr double kRegular = 0.9;         ///< share of steps within a factor of two of the median
 constexpr nanoseconds kSparse{50'000'000};
 constexpr nanoseconds kLongGap = std::chrono::minutes{1};
 
@@ -36,7 +36,7 @@ std::optional<nanoseconds> median_period(std::span<const ReadingHead> samples) {
 /// Validity of the samples of a trace without valid_for_s. A regular recording has an outage where
 /// it is silent for several periods; a sparse one is interpolated.
 nanoseconds validity_of(std::span<const ReadingHead> samples, std::optional<nanoseconds> period) {
-  if (!period || samples.size() < kFewestSamples || *period > kSparse) return nanoseconds{0};
+  if (!period || samples.size() < kMinSamples || *period > kSparse) return nanoseconds{0};
   std::size_t regular = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const nanoseconds distance = samples[i].time - samples[i - 1].time;
@@ -124,18 +124,18 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::open(const Uri& uri) {
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<SampleSource> source,
-                                                               const About& about) {
+                                                               const Playback& playback) {
   const ProbeColumns columns = source->columns();
   Readings first(ReadingColumns(columns), kFirst);
   const auto count = source->read(first, kFirst);
   if (!count) return Unexpected<SetupError>(count.error());
   if (*count == 0) {
-    return bad_input(about.name + " has no samples: there is nothing below its header");
+    return bad_input(playback.name + " has no samples: there is nothing below its header");
   }
-  ProbeInfo info{.uri = about.uri,
-                 .name = about.name,
+  ProbeInfo info{.uri = playback.uri,
+                 .name = playback.name,
                  .serial_number = {},
-                 .channels = source->channels() & about.use,
+                 .channels = source->channels() & playback.use,
                  .period = median_period(first.heads()),
                  .replayed = true};
   info.extra_columns = source->extra_columns();
@@ -143,7 +143,7 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
   info.taxels = columns.taxels;
   const bool has_validity = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
-      new ReplayProbe(std::move(source), std::move(first), std::move(info), about.chunk));
+      new ReplayProbe(std::move(source), std::move(first), std::move(info), playback.chunk));
   if (!has_validity) probe->valid_for_ = validity_of(probe->first_.heads(), probe->info_.period);
   probe->take_over(probe->first_, 0);
   return probe;

@@ -30,7 +30,7 @@ class ReplayProbe final : public Probe {
   /// Reads the header and the first samples, so that an invalid file fails here.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(const Uri& uri);
 
-  struct About {
+  struct Playback {
     std::string uri;
     std::string name;         ///< for display
     std::uint32_t use = ~0U;  ///< ProbeSample::Channel bits to keep
@@ -38,7 +38,7 @@ class ReplayProbe final : public Probe {
   };
   /// Plays the samples of any source.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> play(
-      std::unique_ptr<SampleSource> source, const About& about);
+      std::unique_ptr<SampleSource> source, const Playback& playback);
 
   [[nodiscard]] std::span<const ProbeInfo> outputs() const noexcept override { return {&info_, 1}; }
   using Probe::read;

@@ -11,17 +11,17 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStepWindow{1'000'000'000};
-constexpr std::size_t kFewestSteps = 4;  ///< fewest steps of a window
-constexpr std::size_t kMost = 2000;
+constexpr std::size_t kMinSteps = 4;  ///< fewest steps of a window
+constexpr std::size_t kMaxSteps = 2000;
 constexpr double kQuantile = 0.999;
 constexpr int kOutage = 4;  ///< periods without a sample
 /// While a device is opened, its first samples wait for their reader.
 constexpr milliseconds kOpening{100};
-constexpr microseconds kLeastMargin{50};
+constexpr microseconds kMinMargin{50};
 constexpr int kMarginShare = 20;  ///< margin added, as a share of the jitter
-constexpr microseconds kLeastChange{250};
+constexpr microseconds kMinChange{250};
 constexpr std::size_t kWindows = 5;  ///< whose median applies
-constexpr milliseconds kLeastStale{50};
+constexpr milliseconds kMinStale{50};
 constexpr int kStaleDelays = 3;
 
 nanoseconds quantile(std::vector<nanoseconds> values, double share) {
@@ -34,12 +34,12 @@ nanoseconds quantile(std::vector<nanoseconds> values, double share) {
 }  // namespace
 
 nanoseconds SampleMeter::stale_after(nanoseconds delay) noexcept {
-  return std::max<nanoseconds>(kLeastStale, kStaleDelays * delay);
+  return std::max<nanoseconds>(kMinStale, kStaleDelays * delay);
 }
 
 bool SampleMeter::window_is_over(const ReadingHead& sample) const noexcept {
-  if (steps_.size() >= kMost) return true;
-  return steps_.size() >= kFewestSteps && sample.arrival - window_begin_ >= kStepWindow;
+  if (steps_.size() >= kMaxSteps) return true;
+  return steps_.size() >= kMinSteps && sample.arrival - window_begin_ >= kStepWindow;
 }
 
 bool SampleMeter::add(const ReadingHead& sample) {
@@ -80,7 +80,7 @@ SampleTiming SampleMeter::timing_of_window() const {
   const Time need = quantile(std::move(needs), kQuantile);
   const Time latency = std::max(quantile(std::move(latencies), kQuantile), Time{0});
   const Time jitter = std::max(need - period, Time{0});
-  const Time margin = std::max<Time>(kLeastMargin, jitter / kMarginShare);
+  const Time margin = std::max<Time>(kMinMargin, jitter / kMarginShare);
   SampleTiming timing{.period = period,
                       .jitter = jitter,
                       .delay = period + jitter + margin,
@@ -103,7 +103,7 @@ bool SampleMeter::close_window() {
   std::nth_element(sorted.begin(), middle, sorted.end(),
                    [](const auto& x, const auto& y) { return x.delay < y.delay; });
   const Time change = timing_ ? std::chrono::abs(middle->delay - timing_->delay) : Time::max();
-  const Time allowance = timing_ ? std::max<Time>(kLeastChange, timing_->delay / 10) : Time::zero();
+  const Time allowance = timing_ ? std::max<Time>(kMinChange, timing_->delay / 10) : Time::zero();
   if (change <= allowance && !another_rate) return false;
   timing_ = *middle;
   return true;

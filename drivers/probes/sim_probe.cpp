@@ -12,7 +12,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kLongest_s = 1e6;
+constexpr double kMax_s = 1e6;
 constexpr double kPosition = SampleLimits::kPosition_mm;
 
 /// 0 before `begin`, 1 after `begin + length`, linear in between.
@@ -33,8 +33,8 @@ SimProbe::SimProbe(ProbeInfo info, std::function<Press(double)> press, double am
       count_(static_cast<std::uint32_t>(std::floor(duration_s * rate_hz + 1e-9)) + 1) {}
 
 SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place, bool grasp) {
-  const double tap_s = options.number("tap_s", grasp ? 0.9 : 0.1, 1e-3, kLongest_s);
-  const double interval_s = options.number("interval_s", grasp ? 1.2 : 0.4, 1e-3, kLongest_s);
+  const double tap_s = options.number("tap_s", grasp ? 0.9 : 0.1, 1e-3, kMax_s);
+  const double interval_s = options.number("interval_s", grasp ? 1.2 : 0.4, 1e-3, kMax_s);
   const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
   return {.press =
               [=](double t) {
@@ -51,7 +51,7 @@ SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place, 
 
 SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& shape, double wait_s,
                                      Press place, double amplitude, bool force) {
-  const double ramp_s = options.number("ramp_s", shape == "ramp" ? 0.02 : 0.15, 1e-6, kLongest_s);
+  const double ramp_s = options.number("ramp_s", shape == "ramp" ? 0.02 : 0.15, 1e-6, kMax_s);
   double hold_s = 0.0;
   double to_x = place.x_mm;
   double to_y = place.y_mm;
@@ -63,7 +63,7 @@ SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& sha
     const double speed = options.number("speed_mm_per_s", 12.0, 1e-3, 1e4);
     hold_s = std::hypot(to_x - place.x_mm, to_y - place.y_mm) / speed;
   } else {
-    hold_s = options.number("hold_s", 2.0, 0.0, kLongest_s);
+    hold_s = options.number("hold_s", 2.0, 0.0, kMax_s);
   }
   if (shape == "sine") {
     const char* const key = force ? "amplitude_N" : "amplitude_mm";
@@ -86,14 +86,14 @@ SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& sha
 }
 
 SimProbe::Shape SimProbe::scan(UriOptions& options, double wait_s, Press place) {
-  const double ramp_s = options.number("ramp_s", 0.15, 1e-6, kLongest_s);
+  const double ramp_s = options.number("ramp_s", 0.15, 1e-6, kMax_s);
   const double length_mm = options.number("length_mm", 24.0, 1e-3, 2.0 * kPosition);
   const double speed = options.number("speed_mm_per_s", 40.0, 1e-3, 1e4);
   const double direction =
       options.number("direction_deg", 0.0, -360.0, 360.0) * std::numbers::pi / 180.0;
   const auto passes = static_cast<double>(options.whole("passes", 1, 1, 1'000'000));
   const double step_mm = options.number("step_mm", 0.2, -kPosition, kPosition);
-  const double return_s = options.number("return_s", 0.1, 1e-6, kLongest_s);
+  const double return_s = options.number("return_s", 0.1, 1e-6, kMax_s);
   const double slide_s = length_mm / speed;
   const double pass_s = slide_s + 2.0 * ramp_s;
   const double along_x = std::cos(direction);
@@ -139,8 +139,8 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const bool both = !grasp && options.given("force_N") && options.given("depth_mm");
   const bool force = options.given("force_N") && !both;
   const double rate_hz = options.number("rate_hz", 1000.0, 1.0, 1e5);
-  const double wait_s = options.number("wait_s", 0.2, 0.0, kLongest_s);
-  const double tail_s = options.number("tail_s", 0.5, 0.0, kLongest_s);
+  const double wait_s = options.number("wait_s", 0.2, 0.0, kMax_s);
+  const double tail_s = options.number("tail_s", 0.5, 0.0, kMax_s);
   const double force_mN = both
                               ? units::mN_from_N(options.number(
                                     "force_N", 0.0, 0.0, units::N_from_mN(SampleLimits::kForce_mN)))

@@ -19,13 +19,13 @@ bool StreamQuality::add(std::uint64_t good, std::uint64_t bad, Time now) {
     bad_ += bad;
   }
   while (slices_.size() > 1 && now - slices_.front().begin > window &&
-         good_ + bad_ - slices_.front().good - slices_.front().bad >= kFewestFrames) {
+         good_ + bad_ - slices_.front().good - slices_.front().bad >= kMinFrames) {
     good_ -= slices_.front().good;
     bad_ -= slices_.front().bad;
     slices_.pop_front();
   }
   if (trusted_) {
-    if (bad_ == 0 || good_ + bad_ < kFewestToJudge || bad_share() < parameters_.share) return false;
+    if (bad_ == 0 || good_ + bad_ < kMinToJudge || bad_share() < parameters_.share) return false;
     trusted_ = false;
     distrusted_since_ = now;
     return true;

@@ -30,8 +30,8 @@ class StreamQuality {
   [[nodiscard]] double bad_share() const noexcept;
 
  private:
-  static constexpr std::uint64_t kFewestFrames = 16;
-  static constexpr std::uint64_t kFewestToJudge = 8;
+  static constexpr std::uint64_t kMinFrames = 16;
+  static constexpr std::uint64_t kMinToJudge = 8;
   static constexpr int kSlices = 10;  ///< of a window
   struct Slice {
     Time begin{0};

@@ -15,22 +15,22 @@ namespace merkel {
 namespace {
 
 constexpr int kZeroReadings = 20;
-constexpr int kFewestZeroReadings = 5;  ///< of a slow device, after
-constexpr std::chrono::milliseconds kLongestZero{1000};
+constexpr int kMinZeroReadings = 5;  ///< of a slow device, after
+constexpr std::chrono::milliseconds kMaxZero{1000};
 constexpr double kNoises = 5.0;  ///< a value that exceeds as many times the noise is a touch
 constexpr double kDrift_s =
     20.0;                    ///< the largest drift is that of the noise threshold in this time
 constexpr int kStuck = 500;  ///< equal readings of a taxel that has noise
-constexpr std::size_t kMostNamed = 5;
+constexpr std::size_t kMaxNamed = 5;
 constexpr double kPressed_mN = 200.0;
 
 std::string names_of_taxels(const std::vector<std::string>& names) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMostNamed); ++i) {
+  for (std::size_t i = 0; i < std::min(names.size(), kMaxNamed); ++i) {
     text += (i == 0 ? "" : ", ") + printable_text(names[i]);
   }
-  if (names.size() > kMostNamed)
-    text += " and " + std::to_string(names.size() - kMostNamed) + " more";
+  if (names.size() > kMaxNamed)
+    text += " and " + std::to_string(names.size() - kMaxNamed) + " more";
   return text;
 }
 
@@ -43,7 +43,7 @@ std::string three_digits(double value) {
 }  // namespace
 
 TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels,
-                             const ProbeChannels::Taxels& array)
+                             const ChannelSelection::Taxels& array)
     : name_(std::move(name)), area_mm2_(array.area_mm2), tracks_(array.tracks) {
   for (ChannelName& channel : channels) {
     const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
@@ -182,8 +182,7 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
   }
   if (!zero_known_) {
     measure_zero(reading);
-    const bool slow =
-        zeroed_ >= kFewestZeroReadings && reading.arrival - zero_began_ >= kLongestZero;
+    const bool slow = zeroed_ >= kMinZeroReadings && reading.arrival - zero_began_ >= kMaxZero;
     if (zeroed_ < kZeroReadings && !slow) return false;
     finish_zero(notices);
   }

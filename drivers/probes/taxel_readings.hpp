@@ -9,7 +9,7 @@
 
 #include "core/contact/taxel_gap.hpp"
 #include "core/contact/zero_tracker.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/tare_request.hpp"
 #include "drivers/protocols/protocol.hpp"
 
@@ -27,7 +27,7 @@ class TaxelReadings {
   /// \param name  of the array, for messages
   /// \param channels  of the taxels, in order; forces or pressures
   TaxelReadings(std::string name, std::vector<ChannelName> channels,
-                const ProbeChannels::Taxels& array);
+                const ChannelSelection::Taxels& array);
 
   [[nodiscard]] std::size_t size() const noexcept { return channels_.size(); }
   /// Thread: any.

@@ -27,7 +27,7 @@ bool is_endless_number(std::string_view text) noexcept {
   return large && result.ptr == text.data() + text.size();
 }
 
-constexpr int kMostRepeated = 1024;
+constexpr int kMaxRepeated = 1024;
 constexpr std::size_t kWorthShortening = 8;  ///< names in a row
 
 /// A name in a list of columns, "t:time_s" or "time_s".
@@ -65,7 +65,7 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
   const auto [end, error] =
       std::from_chars(text.data() + star + 1, text.data() + text.size(), count);
   if (error != std::errc{} || end != text.data() + text.size() || count < 1 ||
-      count > kMostRepeated) {
+      count > kMaxRepeated) {
     return false;
   }
   const NamedCell cell(text.substr(0, star));
@@ -199,7 +199,7 @@ std::string csv_list_of(const std::vector<std::string>& names) {
     const std::string pattern = first.key.empty() ? stem : key + ":" + stem;
     std::size_t count = 0;
     if (!stem.empty() && first.key.empty() == key.empty()) {
-      const std::size_t most = std::min<std::size_t>(names.size() - i, kMostRepeated);
+      const std::size_t most = std::min<std::size_t>(names.size() - i, kMaxRepeated);
       while (count < most && names[i + count] == NamedCell(pattern).numbered(count + 1)) ++count;
     }
     const bool shorten = count >= kWorthShortening;

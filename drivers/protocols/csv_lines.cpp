@@ -56,8 +56,8 @@ class CsvLines final : public LineProtocol {
   void start(nanoseconds /*now*/, DeviceStream& /*stream*/) override { order_.forget(); }
 
   [[nodiscard]] std::string expected(std::string_view answer) const override {
-    if (answer.size() >= LineSplitter::kLongestLine) {
-      return "lines of less than " + std::to_string(LineSplitter::kLongestLine) + " bytes";
+    if (answer.size() >= LineSplitter::kMaxLine) {
+      return "lines of less than " + std::to_string(LineSplitter::kMaxLine) + " bytes";
     }
     const std::size_t columns = names_.layout().size();
     if (columns == 0) return "lines of numbers";
@@ -242,7 +242,7 @@ class CsvLines final : public LineProtocol {
 
   void split(std::string_view line, char separator) {
     parts_.clear();
-    while (!line.empty() && parts_.size() < TextRow::kMostValues) {
+    while (!line.empty() && parts_.size() < TextRow::kMaxValues) {
       parts_.push_back(take_csv_part(line, separator));
     }
   }

@@ -39,7 +39,7 @@ FrameLines::Result FrameLines::take(std::string_view line) {
     return ++before_ == kPatienceFrames * lines_ ? Result::kNeverSeparated : Result::kNone;
   }
   if (count_ == 0) row_.clear();
-  if (count_ == lines_ || row_.size() + line.size() > kLongestRow) {
+  if (count_ == lines_ || row_.size() + line.size() > kMaxRow) {
     reset();
     return Result::kDamaged;
   }

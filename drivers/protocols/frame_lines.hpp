@@ -28,7 +28,7 @@ class FrameLines {
   [[nodiscard]] const std::string& row() const noexcept { return row_; }
 
  private:
-  static constexpr std::size_t kLongestRow = 65'536;
+  static constexpr std::size_t kMaxRow = 65'536;
 
   std::size_t lines_;
   std::string row_;

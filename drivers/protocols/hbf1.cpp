@@ -25,7 +25,7 @@ constexpr milliseconds kHbf1Quiet{
 constexpr milliseconds kSyncPatience{150};
 constexpr int kRestart = 3;  ///< frames that confirm a restart
 constexpr nanoseconds kBehind = std::chrono::seconds{2};
-constexpr nanoseconds kLongestDelay = std::chrono::seconds{60};  ///< longest delay of a frame
+constexpr nanoseconds kMaxDelay = std::chrono::seconds{60};  ///< longest delay of a frame
 
 constexpr std::array<std::string_view, 4> kStatusWords = {
     "overload", "a saturated channel", "a missing calibration", "a buffer overflow"};
@@ -139,7 +139,7 @@ class Hbf1Protocol final : public Protocol {
     const nanoseconds device = microseconds{time_us - last_time_us_};
     // A sample has the time of its latch, which may precede the time of an earlier answer.
     if (kClockWrap - device < kBehind) return true;
-    if (!reopened_) return device <= host + kLongestDelay;
+    if (!reopened_) return device <= host + kMaxDelay;
     const nanoseconds ahead = (device - host % kClockWrap + kClockWrap) % kClockWrap;
     return ahead < kBehind || kClockWrap - ahead < kBehind;
   }

@@ -24,8 +24,8 @@ void append_f32(double value, Bytes& bytes) {
 
 /// A name that a HELLO may give.
 std::string sent_name(std::string_view name) {
-  constexpr std::size_t kLongestName = 64;
-  std::string valid(name.substr(0, kLongestName));
+  constexpr std::size_t kMaxName = 64;
+  std::string valid(name.substr(0, kMaxName));
   for (char& c : valid) c = is_in_hbf1_name(c) ? c : '_';
   return valid;
 }

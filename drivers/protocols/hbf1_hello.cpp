@@ -209,24 +209,24 @@ std::optional<Hbf1Hello::Error> Hbf1Hello::name(const Entry& entry, const std::s
 }
 
 std::optional<Hbf1Hello::Error> Hbf1Hello::check_whole() const {
-  constexpr std::size_t kMostBytes = kHbf1LongestBody - kHbf1StatusBytes;
+  constexpr std::size_t kMaxBytes = kHbf1LongestBody - kHbf1StatusBytes;
   if (names_.empty()) return hello_error("lists no channel of force, depth, position or pressure");
-  if (sample_bytes_ > kMostBytes) {
+  if (sample_bytes_ > kMaxBytes) {
     return hello_error("lists channels of " + std::to_string(sample_bytes_) +
-                       " bytes, but a sample carries " + std::to_string(kMostBytes) +
+                       " bytes, but a sample carries " + std::to_string(kMaxBytes) +
                        ": send fewer channels, or 16 bits for each");
   }
   return std::nullopt;
 }
 
 void Hbf1Hello::number(std::vector<std::string>& known) {
-  constexpr std::size_t kMostNames = 2048;
+  constexpr std::size_t kMaxNames = 2048;
   std::vector<std::optional<DeviceChannel>> numbers(own_names_);
   for (ChannelName& each : names_) {
     if (!is_named(each.channel)) continue;
     const auto place =
         static_cast<std::size_t>(std::find(known.begin(), known.end(), each.name) - known.begin());
-    if (place == kMostNames) continue;  // it is not used
+    if (place == kMaxNames) continue;  // it is not used
     if (place == known.size()) known.push_back(each.name);
     auto& number = numbers[static_cast<std::size_t>(each.channel) - kDeviceChannels];
     number = each.channel = named_channel(place);

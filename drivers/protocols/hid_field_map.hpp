@@ -35,7 +35,7 @@ struct HidFieldMap {
   std::uint8_t report_id = 0;  ///< 0: reports have no number
   double rate_Hz = 0.0;        ///< of the reports; 0: not known
 
-  static constexpr std::size_t kMostBits = 32;         ///< of a field
+  static constexpr std::size_t kMaxBits = 32;          ///< of a field
   static constexpr std::size_t kLastBit = 8U * 4096U;  ///< of the longest report
 };
 

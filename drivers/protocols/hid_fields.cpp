@@ -47,7 +47,7 @@ Expected<HidField, std::string> field_of(std::string_view text, const UnitFactor
     return number && *number >= low && *number <= high && *number == std::floor(*number);
   };
   if (!whole(offset, 0.0, static_cast<double>(HidFieldMap::kLastBit)) ||
-      !whole(bits, 1.0, static_cast<double>(HidFieldMap::kMostBits)) ||
+      !whole(bits, 1.0, static_cast<double>(HidFieldMap::kMaxBits)) ||
       (sign != "s" && sign != "u") || !scale || !std::isfinite(*scale)) {
     return Unexpected<std::string>("\"" + std::string(text) +
                                    "\" must be CHANNEL_UNIT:OFFSET:BITS:s|u:SCALE with 1 to 32 "

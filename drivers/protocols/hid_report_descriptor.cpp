@@ -10,8 +10,8 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostDescriptorBytes = 4096;
-constexpr std::size_t kMostUsages = 1024;
+constexpr std::size_t kMaxDescriptorBytes = 4096;
+constexpr std::size_t kMaxUsages = 1024;
 constexpr std::size_t kDeepestStack = 16;
 
 // Items without their size bits.
@@ -93,7 +93,7 @@ std::pair<Dimension, double> meaning_of(std::uint32_t unit) noexcept {
 /// The meaning of a field; empty if it is not a quantity of a probe.
 std::optional<HidField> field_of(const Globals& globals, std::uint32_t usage,
                                  std::size_t offset) noexcept {
-  if (globals.bits == 0 || globals.bits > HidFieldMap::kMostBits || globals.low >= globals.high) {
+  if (globals.bits == 0 || globals.bits > HidFieldMap::kMaxBits || globals.low >= globals.high) {
     return std::nullopt;
   }
   auto [dimension, factor] = meaning_of(globals.unit);
@@ -228,7 +228,7 @@ class DescriptorReader {
       case 0x28: {
         const std::uint32_t last = whole_usage(item);
         for (std::uint64_t usage = locals_.first;
-             usage <= last && locals_.usages.size() < kMostUsages; ++usage) {
+             usage <= last && locals_.usages.size() < kMaxUsages; ++usage) {
           add_usage(static_cast<std::uint32_t>(usage));
         }
         return {};
@@ -242,7 +242,7 @@ class DescriptorReader {
     return item.bytes == 4 ? item.value : (globals_.usage_page << 16U) | item.value;
   }
   void add_usage(std::uint32_t usage) {
-    if (locals_.usages.size() < kMostUsages) locals_.usages.push_back(usage);
+    if (locals_.usages.size() < kMaxUsages) locals_.usages.push_back(usage);
   }
 
   std::string take_input(std::uint32_t flags) {
@@ -285,7 +285,7 @@ class DescriptorReader {
 
 Expected<HidFieldMap, std::string> map_report_descriptor(
     std::span<const std::uint8_t> descriptor, std::optional<std::uint8_t> wanted_report) {
-  if (descriptor.size() > kMostDescriptorBytes) {
+  if (descriptor.size() > kMaxDescriptorBytes) {
     return Unexpected<std::string>("its report descriptor is too long");
   }
   auto reports = DescriptorReader(descriptor).read();

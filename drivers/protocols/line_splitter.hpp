@@ -13,7 +13,7 @@ namespace merkel {
 /// "5.2" from "15.2" is also a number.
 class LineSplitter {
  public:
-  static constexpr std::size_t kLongestLine = 8192;
+  static constexpr std::size_t kMaxLine = 8192;
 
   void reset(bool first_is_whole) noexcept {
     length_ = 0;
@@ -57,7 +57,7 @@ class LineSplitter {
   }
 
  private:
-  std::array<char, kLongestLine> line_{};
+  std::array<char, kMaxLine> line_{};
   std::size_t length_ = 0;
   std::size_t too_long_ = 0;
   bool dropping_ = true;

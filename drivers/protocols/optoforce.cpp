@@ -238,11 +238,11 @@ class OptoForceDevice final : public SimulatedDevice {
 }  // namespace
 
 Expected<std::unique_ptr<Protocol>, SetupError> make_optoforce(UriOptions& options) {
-  constexpr double kMost = 1e6;
-  const double all = options.number("counts_per_N", 0.0, 1e-3, kMost);
-  const std::array<double, 3> counts = {options.number("counts_per_N_x", all, 1e-3, kMost),
-                                        options.number("counts_per_N_y", all, 1e-3, kMost),
-                                        options.number("counts_per_N_z", all, 1e-3, kMost)};
+  constexpr double kMax = 1e6;
+  const double all = options.number("counts_per_N", 0.0, 1e-3, kMax);
+  const std::array<double, 3> counts = {options.number("counts_per_N_x", all, 1e-3, kMax),
+                                        options.number("counts_per_N_y", all, 1e-3, kMax),
+                                        options.number("counts_per_N_z", all, 1e-3, kMax)};
   const std::string rate = options.word("rate_hz", "1000", "1000|333|100|30|10");
   const std::string zero = options.word("zero", "keep", "keep|set|clear");
   const auto filter = options.whole("filter", 4, 0, 6);

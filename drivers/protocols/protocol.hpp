@@ -75,7 +75,7 @@ struct DeviceStream {
   }
   void send(std::string_view text) { outgoing.insert(outgoing.end(), text.begin(), text.end()); }
   void notice(std::string_view sentence) {
-    if (notices.size() < kMostNotices) {
+    if (notices.size() < kMaxNotices) {
       notices.emplace_back(sentence);
     } else {
       ++dropped_notices_;
@@ -85,7 +85,7 @@ struct DeviceStream {
   std::uint64_t take_dropped_notices() { return std::exchange(dropped_notices_, 0); }
 
  private:
-  static constexpr std::size_t kMostNotices = 16;
+  static constexpr std::size_t kMaxNotices = 16;
   std::uint64_t dropped_notices_ = 0;
 };
 

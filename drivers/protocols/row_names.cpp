@@ -95,7 +95,7 @@ std::size_t RowNames::lay_out(const std::vector<std::string>& cells,
     if (!parsed && !given_ && is_electrical_press(names[i])) error_message_ = parsed.error();
     // Whoever names the columns may leave out the time.
     const bool wanted = means && (!given_ || parsed->kind == CsvColumn::Kind::kValue);
-    if (!wanted || columns.size() == kMostColumns) {
+    if (!wanted || columns.size() == kMaxColumns) {
       layout.push_back(kIgnored);
       continue;
     }
@@ -219,7 +219,7 @@ bool read_labelled_row(std::string_view line, const CsvStyle& style, TextRow& ro
       continue;
     }
     const std::string_view name = field.label.empty() ? label : field.label;
-    if (name.empty() || row.names.size() == TextRow::kMostValues) return false;
+    if (name.empty() || row.names.size() == TextRow::kMaxValues) return false;
     row.names.emplace_back(name);
     row.values.emplace_back(part);
     units.emplace_back(field.unit);

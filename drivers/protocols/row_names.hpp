@@ -58,7 +58,7 @@ class RowNames {
   bool take_columns(const std::vector<std::string>& names);
 
  private:
-  static constexpr std::size_t kMostColumns = 2048;
+  static constexpr std::size_t kMaxColumns = 2048;
 
   bool take(const std::vector<std::string>& cells, const std::vector<std::string>& names);
   bool name_given(const std::vector<std::string>& cells, const std::vector<std::string>& names);

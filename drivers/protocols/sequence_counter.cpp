@@ -13,7 +13,7 @@ constexpr std::uint32_t kRestartRecords = 3;       ///< records of a restart or 
 constexpr std::uint32_t kNearRestartRecords =
     16;  ///< of a restart that may be a batch of late ones
 constexpr std::uint32_t kJudgedSteps = 32;
-constexpr std::uint32_t kFewestJudged = 16;
+constexpr std::uint32_t kMinJudged = 16;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ bool SequenceCounter::makes_sense(bool in_order, DeviceStream& stream) {
   in_order_ = in_order_ << 1U | (in_order ? 1U : 0U);
   steps_ = std::min(steps_ + 1, kJudgedSteps);
   const auto good = static_cast<std::uint32_t>(std::popcount(in_order_));
-  if (sense_ && steps_ >= kFewestJudged && 4 * good < steps_) {
+  if (sense_ && steps_ >= kMinJudged && 4 * good < steps_) {
     sense_ = false;
     back_.reset();
     jump_.reset();

@@ -55,7 +55,7 @@ class JsonRow final : public nlohmann::json_sax<Json> {
   }
 
   bool add(std::string_view text) {
-    if (levels_.empty() || row_.values.size() == TextRow::kMostValues) return false;
+    if (levels_.empty() || row_.values.size() == TextRow::kMaxValues) return false;
     std::string called = name();
     if (!called.empty()) row_.names.push_back(std::move(called));
     row_.values.emplace_back(text);

@@ -9,7 +9,7 @@ namespace merkel {
 /// A row of a device's text that is no line of plain numbers: its values as text, and what the
 /// device calls each.
 struct TextRow {
-  static constexpr std::size_t kMostValues = 2048;
+  static constexpr std::size_t kMaxValues = 2048;
 
   std::vector<std::string> names;  ///< empty: a list, without names
   std::vector<std::string> values;

@@ -169,7 +169,7 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
       stream.kind = Stream::Kind::kSamples;
       const auto probe = part == "samples" ? 0 : whole_of(part.substr(part.rfind('.') + 1));
       stream.probe = static_cast<std::uint32_t>(
-          std::clamp<std::int64_t>(probe.value_or(0), 0, kMostSessionProbes - 1));
+          std::clamp<std::int64_t>(probe.value_or(0), 0, kMaxSessionProbes - 1));
       for (const pugi::xml_node& each : info.child("desc").child("channels").children("channel")) {
         stream.labels.emplace_back(each.child_value("label"));
       }

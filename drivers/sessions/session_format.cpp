@@ -29,7 +29,7 @@ constexpr auto kStatusChannels = [] {
   add(kRightFields);
   return all;
 }();
-static_assert(kStatusChannels.size() <= kMostSessionChannels);
+static_assert(kStatusChannels.size() <= kMaxSessionChannels);
 /// The channels of a frame: its columns, and its bytes in words.
 constexpr auto kFrameChannels = [] {
   constexpr auto& kColumns = kSessionChannels<std::int64_t, kFrameColumns>;

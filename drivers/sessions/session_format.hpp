@@ -59,11 +59,11 @@ struct SessionStream {
 }
 
 /// The largest number of channels of a stream.
-inline constexpr std::size_t kMostSessionChannels = 96;
+inline constexpr std::size_t kMaxSessionChannels = 96;
 
 /// The values of one item, in the order of its stream's table of channels.
 template <class Value>
-using ItemValues = std::array<Value, kMostSessionChannels>;
+using ItemValues = std::array<Value, kMaxSessionChannels>;
 
 inline constexpr std::size_t kSessionStreams = 10;
 
@@ -89,7 +89,7 @@ inline constexpr std::string_view kClockStreamName = "merkel.clocks";
 [[nodiscard]] std::string stream_name(const SessionStream& stream, std::uint32_t probe);
 
 /// The most probes of a session.
-inline constexpr std::uint32_t kMostSessionProbes = 64;
+inline constexpr std::uint32_t kMaxSessionProbes = 64;
 
 /// What the next item of a probe has in the channels that follow.
 void follow(const SessionStream& stream, std::chrono::nanoseconds tick,

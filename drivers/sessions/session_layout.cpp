@@ -13,7 +13,7 @@ std::optional<NamedStream> stream_named(std::string_view name) {
     if (name == stream.name) return NamedStream{.stream = &stream};
     if (!stream.of_probe()) continue;
     if (name == stream.states) return NamedStream{.stream = &stream, .states = true};
-    for (std::uint32_t probe = 1; probe < kMostSessionProbes; ++probe) {
+    for (std::uint32_t probe = 1; probe < kMaxSessionProbes; ++probe) {
       if (name == stream_name(stream, probe)) return NamedStream{.stream = &stream, .probe = probe};
     }
   }
@@ -33,7 +33,7 @@ Expected<StreamLayout, std::string> layout_of(const NamedStream& named, const pu
       (stream.integers ? "int64" : "double64")) {
     return wrong("has a channel format that this version does not support");
   }
-  if (layout.channels == 0 || layout.channels > kMostSessionChannels) {
+  if (layout.channels == 0 || layout.channels > kMaxSessionChannels) {
     return wrong("has no channels, or too many");
   }
   layout.places.fill(StreamLayout::kMissing);
@@ -51,7 +51,7 @@ Expected<StreamLayout, std::string> layout_of(const NamedStream& named, const pu
     if (samples && !known) {
       const auto found = std::find(extra_columns.begin(), extra_columns.end(), label);
       const auto column = static_cast<std::size_t>(found - extra_columns.begin());
-      if (column < ProbeColumns::kMostFurther) {
+      if (column < ProbeColumns::kMaxFurther) {
         layout.extra.push_back(
             {static_cast<std::uint8_t>(place), static_cast<std::uint8_t>(column)});
         if (found == extra_columns.end()) extra_columns.emplace_back(label);

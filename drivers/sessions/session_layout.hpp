@@ -41,7 +41,7 @@ struct StreamLayout : NamedStream {
 
   std::size_t channels = 0;  ///< in the file
   /// The position in the file of each channel of `stream`.
-  std::array<std::uint8_t, kMostSessionChannels> places{};
+  std::array<std::uint8_t, kMaxSessionChannels> places{};
   std::vector<Extra> extra = {};
   std::size_t extra_columns = 0;  ///< of all probes: those that this one lacks are NaN
 

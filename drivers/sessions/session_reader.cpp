@@ -23,7 +23,7 @@ nanoseconds time_fact(const SessionReader& session, std::string_view name) {
 }
 
 /// The longest list of ticks that is put in order.
-constexpr std::size_t kMostTicksAtOnce = std::size_t{1} << 20U;
+constexpr std::size_t kMaxTicksAtOnce = std::size_t{1} << 20U;
 
 }  // namespace
 
@@ -84,7 +84,7 @@ Expected<void, SetupError> SessionReader::add_stream(std::uint32_t id, const pug
 std::span<FollowingItem> SessionReader::following(const SessionStream& stream) {
   auto& items = following_[stream.id];
   if (items.empty()) {
-    items.resize(stream.of_probe() ? kMostSessionProbes : 1);
+    items.resize(stream.of_probe() ? kMaxSessionProbes : 1);
     const nanoseconds tick = time_fact(*this, "tick_ns");
     for (FollowingItem& each : items) each.tick = tick;
   }
@@ -191,7 +191,7 @@ bool SessionReader::is_of_ticks() const {
 /// After a chunk of ticks, reads those of the other probes, and puts all of them in order.
 Expected<void, SetupError> SessionReader::read_other_ticks(SessionChunk& chunk) {
   bool ended = false;
-  while (chunk.ticks.size() < kMostTicksAtOnce) {
+  while (chunk.ticks.size() < kMaxTicksAtOnce) {
     const auto read = file_.next(raw_);
     if (!read) return Unexpected<SetupError>(read.error());
     ended = !*read;

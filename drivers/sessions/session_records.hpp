@@ -35,7 +35,7 @@ inline constexpr auto kFrameColumns = std::tuple(
         [](auto& r) -> auto& { return r.frame.kind; }, 0.0, number_of(RawFrame::Kind::kStarted)),
     limited_column(
         "length", "of the bytes", [](auto& r) -> auto& { return r.frame.length; }, 0.0,
-        static_cast<double>(RawFrame::kMostBytes)),
+        static_cast<double>(RawFrame::kMaxBytes)),
     column(
         "parsed", "", "frames", [](auto& r) -> auto& { return r.frame.parsed; }),
     column(
@@ -122,7 +122,7 @@ inline bool plausible_record(const TickRecord& tick) {
          plausible(tick.contact.y_mm, SampleLimits::kPosition_mm);
 }
 inline bool plausible_record(const TaxelBlock& block) {
-  return block.first + std::size_t{block.count} <= TaxelArray::kMost &&
+  return block.first + std::size_t{block.count} <= TaxelArray::kMax &&
          std::all_of(block.pressure_kPa.begin(), block.pressure_kPa.end(), [](float kPa) {
            return kPa >= 0.0F && kPa <= static_cast<float>(SampleLimits::kPressure_kPa);
          });

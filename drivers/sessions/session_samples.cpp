@@ -39,7 +39,7 @@ Expected<std::unique_ptr<SampleSource>, SetupError> SessionSamples::open(const s
     const auto [colon, error] = std::from_chars(text.data(), text.data() + text.size(), number);
     if (error != std::errc{} || colon == text.data() + text.size() || number != probe) continue;
     std::from_chars(colon + 1, text.data() + text.size(), taxels);
-    samples->taxels_ = std::min(taxels, TaxelArray::kMost);
+    samples->taxels_ = std::min(taxels, TaxelArray::kMax);
     samples->pressures_.resize(samples->taxels_);
   }
   samples->waiting_ = Readings(ReadingColumns(samples->columns()));

@@ -27,7 +27,7 @@ using std::chrono::nanoseconds;
 constexpr int kFlushesPerBoundary = 50;
 constexpr int kFlushesPerClockOffset = 25;
 /// So many records wait at most, so that chunks are long.
-constexpr std::size_t kMostWaitingRecords = 1024;
+constexpr std::size_t kMaxWaitingRecords = 1024;
 
 /// The stream of a probe.
 struct ProbeStream {
@@ -73,7 +73,7 @@ class SessionWriter final : public FileSink {
         journal_(setup.session_journal),
         frames_(frames) {
     const std::size_t probes = std::clamp<std::size_t>(
-        std::max(run_.probes.size(), run_.model.indenters.size()), 1, kMostSessionProbes);
+        std::max(run_.probes.size(), run_.model.indenters.size()), 1, kMaxSessionProbes);
     for (const SessionStream& stream : session_streams()) {
       for (std::uint32_t probe = 0; stream.of_probe() && probe < probes; ++probe) {
         probe_streams_.push_back({&stream, probe, info_of(run_, probe)});
@@ -96,7 +96,7 @@ class SessionWriter final : public FileSink {
       auto& list = waiting_.of<Record>();
       list.insert(list.end(), records.begin(), records.end());
     });
-    return count_of(waiting_) < kMostWaitingRecords ? Expected<void, SinkError>() : write_waiting();
+    return count_of(waiting_) < kMaxWaitingRecords ? Expected<void, SinkError>() : write_waiting();
   }
 
   [[nodiscard]] Expected<void, SinkError> flush() override {

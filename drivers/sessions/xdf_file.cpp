@@ -13,7 +13,7 @@ namespace merkel {
 namespace {
 
 /// The longest chunk of a session; longer ones are skipped.
-constexpr std::uint64_t kLongestChunk = std::uint64_t{16} << 20U;
+constexpr std::uint64_t kMaxChunk = std::uint64_t{16} << 20U;
 constexpr std::string_view kXdfMagic = "XDF:";
 
 }  // namespace
@@ -71,7 +71,7 @@ Expected<bool, SetupError> XdfFile::next(XdfChunk& chunk) {
       return damaged("a chunk is too short");
     }
     const std::uint64_t rest = length - sizeof tag;
-    if (length > kLongestChunk) {
+    if (length > kMaxChunk) {
       if (::fseeko(file_.get(), static_cast<off_t>(rest), SEEK_CUR) != 0) {
         return damaged("the file is unreadable");
       }

@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr milliseconds kLongestWait{5};
+constexpr milliseconds kMaxWait{5};
 constexpr nanoseconds kUptime{std::chrono::seconds{3}};  ///< of a device that was already on
 
 nanoseconds host_now() {
@@ -118,7 +118,7 @@ void DeviceSimulator::run(const std::atomic<bool>& stop) {
   while (!stop.load(std::memory_order_relaxed)) {
     const Time now = host_now();
     step(now);
-    listen(std::clamp(next_event(now) - host_now(), Time{0}, Time{kLongestWait}));
+    listen(std::clamp(next_event(now) - host_now(), Time{0}, Time{kMaxWait}));
   }
 }
 
@@ -297,7 +297,7 @@ void DeviceSimulator::flush(Time now) {
 
 nanoseconds DeviceSimulator::next_event(Time now) const noexcept {
   if (settings_.faults.split && !held_.empty()) return now + Time{200'000};
-  if (!started_) return now + kLongestWait;
+  if (!started_) return now + kMaxWait;
   return now + (trace_start_ + next_sample() - device_time(now));
 }
 

@@ -20,7 +20,7 @@ namespace {
 /// The buffer of an inlet. liblsl assumes 100 samples per second for an irregular rate.
 constexpr int kOutletBuffer_s = 10'000;
 constexpr std::chrono::milliseconds kLslFarewell{500};
-constexpr double kLongestWait_s = 3600.0;
+constexpr double kMaxWait_s = 3600.0;
 
 /// What a probe may measure, as merkel's own inlet (lsl:) reads it.
 struct LslChannel {
@@ -161,7 +161,7 @@ class LslSink final : public Sink {
 
 OpenedSink open_lsl_sink(const Uri& uri, const SinkSetup& setup) {
   UriOptions options(uri);
-  const double wait_s = options.number("wait_s", 0.0, 0.0, kLongestWait_s);
+  const double wait_s = options.number("wait_s", 0.0, 0.0, kMaxWait_s);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (uri.path.empty()) return bad_input("\"" + uri.text + "\": give the stream a name: lsl:NAME");
   if (!setup.allow_remote) {

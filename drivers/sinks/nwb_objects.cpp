@@ -14,8 +14,8 @@ namespace {
 using Type = Hdf5File::Type;
 
 constexpr double kSecondInNs = 1e9;
-constexpr double kLargestExact_s = 9e6;      ///< times below it are whole ns as doubles
-constexpr std::uint64_t kFewestRegular = 3;  ///< fewer times have no rate
+constexpr double kLargestExact_s = 9e6;   ///< times below it are whole ns as doubles
+constexpr std::uint64_t kMinRegular = 3;  ///< fewer times have no rate
 
 /// Makes the group of a TimeSeries. \return the path of its values
 std::string start_series(Hdf5File& file, const std::string& path,
@@ -116,7 +116,7 @@ TimeSeries::TimeSeries(Hdf5File& file, std::string path, const Description& desc
 
 TimeSeries::~TimeSeries() {
   if (series_.empty()) return;
-  if (times_ || count_ < kFewestRegular) {
+  if (times_ || count_ < kMinRegular) {
     write_each_time();
     for (std::size_t i = 1; i < series_.size(); ++i) {
       file_.link(series_[i] + "/timestamps", path_ + "/timestamps");

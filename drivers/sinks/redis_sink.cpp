@@ -24,11 +24,11 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-constexpr int kMostBins = 1000;
+constexpr int kMaxBins = 1000;
 constexpr milliseconds kReplyPatience{1000};  ///< without electrodes
 constexpr milliseconds kRejoinPatience{100};  ///< for a connection during a run
 constexpr nanoseconds kFirstRejoin{50'000'000};
-constexpr nanoseconds kLongestRejoin{1'000'000'000};
+constexpr nanoseconds kMaxRejoin{1'000'000'000};
 
 /// Adds entries to Redis streams in batches.
 class StreamWriter {
@@ -259,7 +259,7 @@ class RedisSink final : public Sink {
     const std::string error = connected ? streams_.settle() : "no answer";
     if (!error.empty()) {
       streams_.disconnect();
-      pause_ = std::min(2 * pause_, kLongestRejoin);
+      pause_ = std::min(2 * pause_, kMaxRejoin);
       rejoin_at_ = read_clock_pair().monotonic + pause_;
       return false;
     }
@@ -295,7 +295,7 @@ class RedisSink final : public Sink {
   /// Sends the bins that end at or before a time. All earlier spikes are counted.
   void end_bins(nanoseconds time) {
     // A run that was stopped for long sends no bins for that time.
-    if (time - bin_start_ > kMostBins * bin_) {
+    if (time - bin_start_ > kMaxBins * bin_) {
       const nanoseconds skipped = (time - bin_start_) / bin_ * bin_ - bin_;
       std::fill(counts_.begin(), counts_.end(), std::uint16_t{0});
       bin_start_ += skipped;

@@ -71,7 +71,7 @@ if(MERKEL_BEAST_INCLUDE)
 endif()
 merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
   sinks/view/view_access.cpp sinks/view/view_client.cpp sinks/view/view_connection.cpp
-  sinks/view/view_desk.cpp sinks/view/view_frames.cpp
+  sinks/view/view_request_handler.cpp sinks/view/view_frames.cpp
   sinks/view/view_scene.cpp
   sinks/view/view_server.cpp sinks/view/view_sink.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/page_files.cpp)

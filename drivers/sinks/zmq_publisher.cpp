@@ -20,9 +20,9 @@ namespace {
 constexpr int kLinger_ms = 2000;
 constexpr int kStuck_ms = 5000;  ///< a subscriber that reads nothing for this long is abandoned
 // A subscriber sends subscriptions and nothing else: short, and few of them.
-constexpr std::int64_t kLongestZmqMessage = 1024;
-constexpr int kMostSubscriptions = 4096;
-constexpr int kMostConnections = 64;
+constexpr std::int64_t kMaxZmqMessage = 1024;
+constexpr int kMaxSubscriptions = 4096;
+constexpr int kMaxConnections = 64;
 constexpr int kQueuedSubscriptions = 64;
 constexpr const char* kMonitor = "inproc://merkel-monitor";
 constexpr int kRebinds = 50;
@@ -153,7 +153,7 @@ void ZmqPublisher::open_socket() {
   socket_.set(zmq::sockopt::sndtimeo, kStuck_ms);
   socket_.set(zmq::sockopt::sndhwm, options_.high_water_mark);
   socket_.set(zmq::sockopt::rcvhwm, kQueuedSubscriptions);
-  socket_.set(zmq::sockopt::maxmsgsize, kLongestZmqMessage);
+  socket_.set(zmq::sockopt::maxmsgsize, kMaxZmqMessage);
   socket_.set(zmq::sockopt::linger, kLinger_ms);
   socket_.set(zmq::sockopt::xpub_nodrop, true);
   socket_.set(zmq::sockopt::xpub_verboser,
@@ -208,11 +208,11 @@ void ZmqPublisher::count_connections() {
 
 void ZmqPublisher::look_after_peers() {
   zmq::message_t message;
-  while (subscriptions_ <= kMostSubscriptions && socket_.recv(message, zmq::recv_flags::dontwait)) {
+  while (subscriptions_ <= kMaxSubscriptions && socket_.recv(message, zmq::recv_flags::dontwait)) {
     take_subscription(message);
   }
   count_connections();
-  if (subscriptions_ > kMostSubscriptions || connections_ > kMostConnections) {
+  if (subscriptions_ > kMaxSubscriptions || connections_ > kMaxConnections) {
     drop_all_peers();
   } else if (announcement_wanted_ && !announced_text_.empty()) {
     send_parts(announced_head_, announced_text_, zmq::send_flags::dontwait);

@@ -20,8 +20,8 @@ namespace {
 using std::chrono::nanoseconds;
 
 /// Bytes of values for a stored byte: more than HDF5's compression can give.
-constexpr std::uint64_t kMostCompression = 2000;
-constexpr double kMostTime_ns = 4e18;
+constexpr std::uint64_t kMaxCompression = 2000;
+constexpr double kMaxTime_ns = 4e18;
 
 bool has_object(hid_t file, const std::string& path) {
   for (std::size_t end = path.find('/', 1);; end = path.find('/', end + 1)) {
@@ -52,7 +52,7 @@ Expected<std::vector<Value>, std::string> numbers(hid_t file, const std::string&
   }
   // A file of a few bytes can declare any number of values.
   const std::uint64_t stored_bytes = H5Dget_storage_size(dataset.id());
-  if (count < 0 || static_cast<std::uint64_t>(count) / kMostCompression > stored_bytes) {
+  if (count < 0 || static_cast<std::uint64_t>(count) / kMaxCompression > stored_bytes) {
     return fault("declares more values than the file can hold");
   }
   std::vector<Value> values(static_cast<std::size_t>(count));
@@ -84,7 +84,7 @@ std::optional<std::string> text_at(hid_t file, const std::string& path) {
 
 /// Adds a spike. False if its time or number is impossible.
 bool add(SpikeFile& file, double time_ns, std::uint64_t neuron) {
-  if (!(std::fabs(time_ns) < kMostTime_ns) || neuron == 0 || neuron > UINT32_MAX) return false;
+  if (!(std::fabs(time_ns) < kMaxTime_ns) || neuron == 0 || neuron > UINT32_MAX) return false;
   file.spikes.push_back(
       {.time = nanoseconds{std::llround(time_ns)}, .neuron = static_cast<std::uint32_t>(neuron)});
   return true;

@@ -59,9 +59,9 @@ class RecordedZero {
   static std::optional<std::chrono::nanoseconds> whole(std::string_view text) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    constexpr std::int64_t kMost = 4'000'000'000'000'000'000;  // whose differences fit
-    if (error != std::errc{} || end != text.data() + text.size() || value > kMost / 2 ||
-        value < -kMost / 2) {
+    constexpr std::int64_t kMax = 4'000'000'000'000'000'000;  // whose differences fit
+    if (error != std::errc{} || end != text.data() + text.size() || value > kMax / 2 ||
+        value < -kMax / 2) {
       return std::nullopt;
     }
     return std::chrono::nanoseconds{value};

@@ -30,7 +30,7 @@ constexpr double kRateTolerance = 0.01;  ///< share of the rate by which a card 
 /// How often a card is asked to pass on what it has converted. Many interrupt only once thousands
 /// of samples are converted, or else for every one.
 constexpr milliseconds kFlush{1};
-constexpr int kMostRestarts = 8;  ///< without a scan in between; then the card counts as gone
+constexpr int kMaxRestarts = 8;  ///< without a scan in between; then the card counts as gone
 
 struct CloseCard {
   void operator()(comedi_t* card) const noexcept { comedi_close(card); }
@@ -116,7 +116,7 @@ class ComediPort final : public Transport {
   /// Starts the scans anew. \return 0 bytes
   [[nodiscard]] Expected<std::size_t, Disconnected> restarted() {
     static_cast<void>(comedi_cancel(card_.get(), subdevice_));
-    if (++restarts_in_a_row_ > kMostRestarts || comedi_command(card_.get(), &command_) < 0) {
+    if (++restarts_in_a_row_ > kMaxRestarts || comedi_command(card_.get(), &command_) < 0) {
       return gone();
     }
     ++info_.restarts;

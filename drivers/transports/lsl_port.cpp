@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kPatience_s = 2.0;
 constexpr int kInletBuffer_s = 10;  ///< of samples that are not read yet
-constexpr std::size_t kMostChannels = 64;
+constexpr std::size_t kMaxChannels = 64;
 constexpr double kOwnClock_s = 0.01;  ///< largest offset that liblsl measures to a clock itself
 constexpr double kSilent_s = 1.0;     ///< without samples: is the stream still announced?
 constexpr double kForgets_s = 2.0;    ///< a stream that does not answer for that long is gone
@@ -183,9 +183,9 @@ class LslPort final : public Transport {
     if (right->channel_format() == lsl::cf_string) {
       return unavailable(what + " contains text: choose a numeric stream");
     }
-    if (static_cast<std::size_t>(right->channel_count()) > kMostChannels) {
+    if (static_cast<std::size_t>(right->channel_count()) > kMaxChannels) {
       return unavailable(what + " has " + std::to_string(right->channel_count()) +
-                         " channels: at most " + std::to_string(kMostChannels) + " are read");
+                         " channels: at most " + std::to_string(kMaxChannels) + " are read");
     }
     return *right;
   }

@@ -17,7 +17,7 @@ namespace {
 
 using FieldType = RedisField::Type;
 
-constexpr std::size_t kMostNumbers = 4096;                        ///< of a field of an entry
+constexpr std::size_t kMaxNumbers = 4096;                         ///< of a field of an entry
 constexpr std::int64_t kFarthest_ns = 4'000'000'000'000'000'000;  ///< as parse_seconds()
 constexpr std::pair<std::string_view, FieldType> kRedisTypes[] = {{"float64", FieldType::kFloat64},
                                                                   {"float32", FieldType::kFloat32},
@@ -28,7 +28,7 @@ constexpr std::pair<std::string_view, FieldType> kRedisTypes[] = {{"float64", Fi
 template <class Number, class Value>
 bool add_numbers(std::string_view bytes, std::vector<Value>& values) {
   if (bytes.empty() || bytes.size() % sizeof(Number) != 0 ||
-      bytes.size() / sizeof(Number) > kMostNumbers) {
+      bytes.size() / sizeof(Number) > kMaxNumbers) {
     return false;
   }
   for (; !bytes.empty(); bytes.remove_prefix(sizeof(Number))) {

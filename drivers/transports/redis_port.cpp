@@ -15,7 +15,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kRedisPatience{2000};
-constexpr std::chrono::milliseconds kLongestBlock{500};  ///< below the timeout of replies
+constexpr std::chrono::milliseconds kMaxBlock{500};  ///< below the timeout of replies
 
 struct IdentifiedEntry {
   std::string id;
@@ -88,8 +88,8 @@ class RedisPort final : public Transport {
   /// Waits for the first entry, and chooses the fields.
   Expected<void, SetupError> begin() {
     if (auto opened = reopen(); !opened) return opened;
-    for (auto left = kRedisPatience; left.count() > 0; left -= kLongestBlock) {
-      const auto entries = next_entries(kLongestBlock);
+    for (auto left = kRedisPatience; left.count() > 0; left -= kMaxBlock) {
+      const auto entries = next_entries(kMaxBlock);
       if (!entries || entries->empty()) continue;
       lines_.choose_fields(entries->front().fields);
       for (const IdentifiedEntry& entry : *entries) lines_.add(entry.fields);
@@ -122,7 +122,7 @@ class RedisPort final : public Transport {
   std::optional<std::vector<IdentifiedEntry>> next_entries(nanoseconds patience) {
     if (!connection_) return std::nullopt;
     std::vector<std::string> words = {"XREAD", "COUNT", "100"};
-    const auto wait = std::min<nanoseconds>(patience, kLongestBlock) / std::chrono::milliseconds{1};
+    const auto wait = std::min<nanoseconds>(patience, kMaxBlock) / std::chrono::milliseconds{1};
     // BLOCK 0 would wait for ever.
     if (wait > 0) words.insert(words.end(), {"BLOCK", std::to_string(wait)});
     words.insert(words.end(), {"STREAMS", stream_, last_id_});

@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kTransfers = 8;
 constexpr int kTransferBytes = 512;
 constexpr unsigned kWritePatience_ms = 1000;
-constexpr int kMostStalls = 16;  ///< consecutive; then the device counts as disconnected
+constexpr int kMaxStalls = 16;  ///< consecutive; then the device counts as disconnected
 
 class UsbPort final : public Transport {
  public:
@@ -221,7 +221,7 @@ class UsbPort final : public Transport {
 
   bool clear_stall() {
     stalled_ = false;
-    if (++stalls_ > kMostStalls || libusb_clear_halt(device_, endpoints_.in) != 0) return false;
+    if (++stalls_ > kMaxStalls || libusb_clear_halt(device_, endpoints_.in) != 0) return false;
     for (Slot& slot : slots_) {
       if (!slot.under_way) submit(slot);
     }

@@ -10,7 +10,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kFirstNap{20'000};
-constexpr nanoseconds kLongestNap{1'000'000};
+constexpr nanoseconds kMaxNap{1'000'000};
 
 }  // namespace
 
@@ -25,12 +25,12 @@ void PublishBeat::wait(std::uint64_t& seen, nanoseconds longest) const noexcept 
     }
     const nanoseconds next{next_ns_.load(std::memory_order_relaxed)};
     if (next.count() == 0) {  // virtual time: only the count is valid
-      host_sleep_until(now + std::min(kLongestNap, longest));
+      host_sleep_until(now + std::min(kMaxNap, longest));
     } else if (next > now) {
       host_sleep_until(std::min(next, started + longest));
     } else {
       host_sleep_until(now + nap);
-      nap = std::min(2 * nap, kLongestNap);
+      nap = std::min(2 * nap, kMaxNap);
     }
   }
 }

@@ -22,7 +22,7 @@ class PublishBeat {
   /// yes. Thread: simulation.
   void published(std::chrono::nanoseconds time,
                  std::chrono::nanoseconds after_due) noexcept MERKEL_REALTIME {
-    const std::int64_t usual = std::clamp<std::int64_t>(after_due.count(), 0, kMostUsual_ns);
+    const std::int64_t usual = std::clamp<std::int64_t>(after_due.count(), 0, kMaxUsual_ns);
     typical_ns_ += (usual - typical_ns_) / 8;
     last_ns_.store(time.count(), std::memory_order_relaxed);
     ticks_.store(ticks_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
@@ -33,13 +33,13 @@ class PublishBeat {
     return std::chrono::nanoseconds{last_ns_.load(std::memory_order_relaxed)};
   }
 
-  static constexpr std::chrono::nanoseconds kLongestWait{5'000'000};
+  static constexpr std::chrono::nanoseconds kMaxWait{5'000'000};
   /// Waits until a tick after `seen` has been published, and updates `seen`. Returns after about
   /// `longest` at the latest. Thread: consumer.
-  void wait(std::uint64_t& seen, std::chrono::nanoseconds longest = kLongestWait) const noexcept;
+  void wait(std::uint64_t& seen, std::chrono::nanoseconds longest = kMaxWait) const noexcept;
 
  private:
-  static constexpr std::int64_t kMostUsual_ns = 1'000'000;  ///< stalls do not shift the expectation
+  static constexpr std::int64_t kMaxUsual_ns = 1'000'000;  ///< stalls do not shift the expectation
   std::atomic<std::uint64_t> ticks_{0};
   std::atomic<std::int64_t> next_ns_{0};
   std::atomic<std::int64_t> last_ns_{0};

@@ -14,11 +14,11 @@ namespace merkel {
 /// sleep, and at most 200 µs. Real-time: yes.
 class WakeUpMargin {
  public:
-  static constexpr std::chrono::nanoseconds kLeast{15'000};
-  static constexpr std::chrono::nanoseconds kMost{200'000};
+  static constexpr std::chrono::nanoseconds kMin{15'000};
+  static constexpr std::chrono::nanoseconds kMax{200'000};
 
   explicit WakeUpMargin(std::chrono::nanoseconds period) noexcept
-      : most_(std::min(kMost, period / 2)), margin_(std::min(most_, kFirst)) {}
+      : most_(std::min(kMax, period / 2)), margin_(std::min(most_, kFirst)) {}
 
   /// Adds the latency of one sleep.
   void add(std::chrono::nanoseconds latency) noexcept MERKEL_REALTIME {
@@ -39,7 +39,7 @@ class WakeUpMargin {
     const auto within = sorted_.begin() + (filled * 99 - 1) / 100;
     std::nth_element(sorted_.begin(), within, end);
     margin_ = std::clamp(*within + *within / 4 + std::chrono::nanoseconds{5'000},
-                         std::min(kLeast, most_), most_);
+                         std::min(kMin, most_), most_);
   }
 
   std::chrono::nanoseconds most_;

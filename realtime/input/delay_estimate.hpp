@@ -79,7 +79,7 @@ class DelayEstimate {
 
   /// The smallest delay that holds at most the share of the ticks; none before enough samples.
   [[nodiscard]] std::optional<Time> needed() const noexcept MERKEL_REALTIME {
-    if (samples_ < kFewest) return std::nullopt;
+    if (samples_ < kMin) return std::nullopt;
     const auto allowed =
         static_cast<std::uint64_t>(parameters_.held_share * static_cast<double>(samples_));
     std::uint64_t above = 0;
@@ -99,7 +99,7 @@ class DelayEstimate {
 
  private:
   static constexpr std::size_t kBuckets = LatencyHistogram::kBuckets;
-  static constexpr std::uint64_t kFewest = 4;
+  static constexpr std::uint64_t kMin = 4;
   static constexpr int kOutage = 4;  ///< periods without a sample
   /// While a device is opened, its first samples wait for their reader.
   static constexpr Time kOpening{100'000'000};
@@ -150,7 +150,7 @@ class DelayEstimate {
   void follow_period(Time interval) noexcept {
     const Time change = interval - period_;
     period_ += period_.count() == 0 ? interval : change / kPeriodMemory;
-    period_ = std::max(period_, kLeastPeriod);
+    period_ = std::max(period_, kMinPeriod);
   }
 
   void count(const Arrival& sample) noexcept {
@@ -184,9 +184,9 @@ class DelayEstimate {
 
   /// A stall is reported after its end, when samples that waited for it may have arrived before.
   static constexpr Time kSettle{20'000'000};
-  static constexpr std::size_t kMostWaiting = 256;
+  static constexpr std::size_t kMaxWaiting = 256;
   static constexpr int kPeriodMemory = 16;  ///< samples
-  static constexpr Time kLeastPeriod{1'000};
+  static constexpr Time kMinPeriod{1'000};
   static constexpr int kGuard = 20;  ///< of these in a tick
 
   Parameters parameters_;
@@ -200,7 +200,7 @@ class DelayEstimate {
   Time tick_{0};  ///< 0: at any time
   std::optional<Time> last_;
   Time first_arrival_{0};
-  std::array<Arrival, kMostWaiting> recent_{};  ///< a ring of samples that are not counted yet
+  std::array<Arrival, kMaxWaiting> recent_{};  ///< a ring of samples that are not counted yet
   std::size_t oldest_ = 0;
   std::size_t waiting_ = 0;
   std::array<Stall, 16> stalls_{};

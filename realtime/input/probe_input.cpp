@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 namespace {
@@ -12,7 +12,7 @@ constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 }  // namespace
 
-ProbeInput::ProbeInput(ProbeChannel& channel, const Parameters& parameters)
+ProbeInput::ProbeInput(ProbeQueue& channel, const Parameters& parameters)
     : channel_(channel), parameters_(parameters), mean_(channel.columns().taxels) {
   last_taxels_.resize(channel.columns().taxels);
   taxels_.resize(channel.columns().taxels);

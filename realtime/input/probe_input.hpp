@@ -17,7 +17,7 @@
 
 namespace merkel {
 
-struct ProbeChannel;
+struct ProbeQueue;
 
 /// Converts one probe's samples into its contact at increasing times.
 ///
@@ -60,7 +60,7 @@ class ProbeInput {
     std::uint64_t released_ticks = 0;  ///< readings in state kReleased
   };
 
-  ProbeInput(ProbeChannel& channel, const Parameters& parameters);
+  ProbeInput(ProbeQueue& channel, const Parameters& parameters);
 
   /// Measures from now on how long the loop must wait for the samples. Real-time: no.
   void measure_delay() {
@@ -110,7 +110,7 @@ class ProbeInput {
   void blend_taxels() noexcept;
   [[nodiscard]] ContactInput released(const ContactInput& last) const noexcept;
 
-  ProbeChannel& channel_;
+  ProbeQueue& channel_;
   Parameters parameters_;
   std::optional<DelayEstimate> estimate_;
   std::optional<ProbeSample> last_;  ///< the latest sample at or before the time read last

@@ -38,7 +38,7 @@ bool ProbeReader::deliver(const ReadingHead& head, std::span<const double> row,
     pushed = ring.try_push(head, row);
   }
   for (const Receivers& each : receivers_) {
-    ProbeChannel& channel = *each.channel;
+    ProbeQueue& channel = *each.channel;
     if (channel.columns().measured_in(row)) (pushed ? channel.delivered : channel.dropped).add();
   }
   return true;

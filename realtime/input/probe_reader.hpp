@@ -12,7 +12,7 @@
 #include "core/records/record_batch.hpp"
 #include "drivers/probe.hpp"
 #include "realtime/input/contact_decision.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "realtime/queues/feed.hpp"
 #include "realtime/threads/thread_setup.hpp"
 
@@ -26,7 +26,7 @@ class ProbeReader {
  public:
   /// The receivers of one output.
   struct Receivers {
-    ProbeChannel* channel = nullptr;
+    ProbeQueue* channel = nullptr;
     ContactDecision* contact = nullptr;         ///< null: undecided
     std::uint32_t probe = 0;                    ///< its number, from 0
     std::vector<Feed<DeliveredSample>*> feeds;  ///< of sinks that take samples

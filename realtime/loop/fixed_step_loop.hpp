@@ -95,7 +95,7 @@ class FixedStepLoop {
       const auto started = wait_for(due, tick, stop);
       if (started < due) break;  // stopped
       const std::int64_t behind = std::max<std::int64_t>(0, (started - due) / tick);
-      behind_at_start = behind_at_start && !waited_ && k < kMostTicksBehind;
+      behind_at_start = behind_at_start && !waited_ && k < kMaxTicksBehind;
       statistics_.behind_at_start_ns.store(behind_at_start ? (started - due).count() : 0,
                                            std::memory_order_relaxed);
       if (behind_at_start) DelayControl::add_stall(inputs_, parameters_.starting_since, now_);
@@ -117,7 +117,7 @@ class FixedStepLoop {
   [[nodiscard]] const RunTally& tally() const noexcept { return tally_; }
 
  private:
-  static constexpr std::int64_t kMostTicksBehind = 20'000;
+  static constexpr std::int64_t kMaxTicksBehind = 20'000;
   /// A loop that is behind works for at most this long, or one tick, then rests for a part of it.
   static constexpr std::chrono::nanoseconds kMaxWithoutRest{20'000'000};
   static constexpr int kRestShare = 8;
@@ -197,7 +197,7 @@ class FixedStepLoop {
     if (fanout_.commands_failed() && step_.encoder() != nullptr) {
       step_.encoder()->fail_safe(StimulationCommand::Stop::kSinkFailure);
     }
-    const SimulationStep::Made made = step_.step(records_);
+    const SimulationStep::Output made = step_.step(records_);
     timing.computed = clock_.now();
     publish(made, timing);
     count(made, timing);
@@ -235,7 +235,7 @@ class FixedStepLoop {
   }
 
   /// Publishes a tick: its spikes, then its commands, then its inputs.
-  void publish(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+  void publish(const SimulationStep::Output& made, TickTiming& timing) noexcept {
     fanout_.publish(made.spikes, clock_);
     publish(made.commands);
     fanout_.publish_watched(model_, timing.end, clock_);
@@ -274,7 +274,7 @@ class FixedStepLoop {
   }
 
   /// Counts what a tick made and how long it took.
-  void count(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+  void count(const SimulationStep::Output& made, TickTiming& timing) noexcept {
     tally_.follow(records_, made.spikes, model_);
     statistics_.spikes.add(made.spikes.size());
     statistics_.neuron_resets.add(model_.resets().size());
@@ -284,7 +284,7 @@ class FixedStepLoop {
     statistics_.ticks.add();
   }
 
-  void count_latency(const SimulationStep::Made& made, TickTiming& timing) noexcept {
+  void count_latency(const SimulationStep::Output& made, TickTiming& timing) noexcept {
     statistics_.delay.record(parameters_.delay);
     const auto arrival = inputs_.front().last_arrival();
     if (arrival && records_.front().state == ProbeInput::State::kFollowing) {

@@ -49,7 +49,7 @@ struct ConsumerChannel {
 
   RecordLists<Feeds> feeds;        ///< none of a kind that the consumer does not take
   std::atomic<bool> ended{false};  ///< set after the loop's last record
-  std::array<std::atomic<std::uint32_t>, RunControl::kMostWatched> watched{};  ///< neurons; 0: none
+  std::array<std::atomic<std::uint32_t>, RunControl::kMaxWatched> watched{};  ///< neurons; 0: none
   std::atomic<bool> commands_failed{
       false};                ///< set by the consumer when it can no longer take commands
   Counter commands_refused;  ///< counted by the consumer (StimulationOutlet)

@@ -11,7 +11,7 @@ using std::chrono::nanoseconds;
 StimulationGate::Moment RunWatch::moment(std::span<nanoseconds> newest) const noexcept {
   for (std::size_t patch = 0; patch < newest.size(); ++patch) {
     newest[patch] = StimulationGate::kNone;
-    for (const ProbeChannel* const device : devices_of_patch_[patch]) {
+    for (const ProbeQueue* const device : devices_of_patch_[patch]) {
       const nanoseconds time{device->newest_ns.load(std::memory_order_relaxed)};
       newest[patch] = std::min(newest[patch], time);
     }

@@ -12,7 +12,7 @@
 #include "core/records/run_counters.hpp"
 #include "drivers/sink.hpp"
 #include "realtime/clocks/publish_beat.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 
@@ -34,7 +34,7 @@ class RunWatch {
     devices_of_patch_.resize(patches);
   }
   /// Adds a device that presses on a patch. Call it before the sinks start.
-  void add_device(std::size_t patch, const ProbeChannel& channel) {
+  void add_device(std::size_t patch, const ProbeQueue& channel) {
     if (patch < devices_of_patch_.size()) devices_of_patch_[patch].push_back(&channel);
   }
   /// Wall time − probe time. Thread: simulation, before the first tick.
@@ -73,7 +73,7 @@ class RunWatch {
   std::atomic<std::uint64_t> withheld_{0};
   std::atomic<std::uint64_t> slowed_{0};
   std::atomic<std::uint64_t> stale_{0};
-  std::vector<std::vector<const ProbeChannel*>> devices_of_patch_;
+  std::vector<std::vector<const ProbeQueue*>> devices_of_patch_;
 };
 
 }  // namespace merkel

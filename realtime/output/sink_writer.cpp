@@ -90,7 +90,7 @@ void SinkWriter::refuse(std::span<const SentCommand> commands) {
 void SinkWriter::wait(std::uint64_t& seen) {
   ConsumerChannel& channel = sources_.channel;
   if (!outlet_ || channel.feed<SentCommand>().ended()) return channel.beat.wait(seen);
-  static_cast<void>(channel.new_commands.try_acquire_for(PublishBeat::kLongestWait));
+  static_cast<void>(channel.new_commands.try_acquire_for(PublishBeat::kMaxWait));
   while (channel.new_commands.try_acquire()) {
   }
 }

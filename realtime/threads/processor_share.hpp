@@ -11,15 +11,15 @@ namespace merkel {
 class ProcessorShare {
  public:
   /// A larger share over a whole window leaves too little time to others.
-  static constexpr double kMost = 0.95;
+  static constexpr double kMax = 0.95;
   static constexpr std::chrono::seconds kWindow{1};
 
-  explicit ProcessorShare(double most = kMost, std::chrono::nanoseconds window = kWindow) noexcept
+  explicit ProcessorShare(double most = kMax, std::chrono::nanoseconds window = kWindow) noexcept
       : most_(most), every_(window / kLooks) {}
 
   /// \param now   host time, later than in the previous call
   /// \param used  processor time of the thread so far
-  /// \return whether the share over the last window was above kMost
+  /// \return whether the share over the last window was above kMax
   [[nodiscard]] bool too_large(std::chrono::nanoseconds now,
                                std::chrono::nanoseconds used) noexcept {
     const Look look{now, used};

@@ -37,9 +37,9 @@ class ServingPriority {
   struct Thread {
     pid_t number = 0;
     RaisedThread raised;
-    ProcessorShare share{kMost, kWindow};
+    ProcessorShare share{kMax, kWindow};
   };
-  static constexpr double kMost = 0.5;
+  static constexpr double kMax = 0.5;
   static constexpr std::chrono::milliseconds kWindow{200};
 
   std::vector<Thread> threads_;

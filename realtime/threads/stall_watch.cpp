@@ -24,7 +24,7 @@ struct StallWatch::Core {
             const Time asleep = host_now();
             host_sleep_until(asleep + kPeriod);
             const Time woken = host_now();
-            if (woken - asleep - kPeriod <= kLeast) continue;
+            if (woken - asleep - kPeriod <= kMin) continue;
             // The stall may have begun during the sleep. A full queue means that nobody needs it.
             static_cast<void>(stalls.try_push({asleep, woken}));
           }
@@ -38,7 +38,7 @@ StallWatch::StallWatch(const RealtimeSettings& settings) {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
   if (!settings.fifo || ::sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
-  if (CPU_COUNT(&allowed) > kMostCores) return;
+  if (CPU_COUNT(&allowed) > kMaxCores) return;
   for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
     if (CPU_ISSET(static_cast<std::size_t>(cpu), &allowed)) {
       cores_.push_back(std::make_unique<Core>(cpu, settings));

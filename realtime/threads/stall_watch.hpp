@@ -19,8 +19,8 @@ class StallWatch {
  public:
   using Time = std::chrono::nanoseconds;
   static constexpr Time kPeriod{1'000'000};
-  static constexpr Time kLeast{500'000};  ///< by which a wake-up is late
-  static constexpr int kMostCores = 8;
+  static constexpr Time kMin{500'000};  ///< by which a wake-up is late
+  static constexpr int kMaxCores = 8;
 
   struct Stall {
     Time begin{0};

@@ -64,7 +64,7 @@ fuzz ati_rdt 4096 "-DMERKEL_FUZZED_PROTOCOL=\"ati_rdt\"" protocol_fuzz.cpp "${pr
 fuzz csv_frames 4096 "-DMERKEL_FUZZED_PROTOCOL=\"csv\" -DMERKEL_FUZZED_OPTIONS=\"columns=taxel_kPa*9&frame_lines=3\"" \
   protocol_fuzz.cpp "${protocols[@]}"
 fuzz connect_lines 4096 -lfmt connect_lines_fuzz.cpp "${protocols[@]}" tools/connect/{array_scene,csv_readings,hand_scene,text_rows}.cpp \
-  drivers/probes/probe_channels.cpp drivers/calibration/probe_calibration.cpp
+  drivers/probes/channel_selection.cpp drivers/calibration/probe_calibration.cpp
 fuzz hbf1_frames 2048 "" hbf1_frames_fuzz.cpp "${protocols[@]}"
 fuzz analog_scans 4096 "" analog_scans_fuzz.cpp "${protocols[@]}"
 fuzz redis_entries 4096 "" redis_entries_fuzz.cpp "${protocols[@]}" drivers/transports/redis_lines.cpp

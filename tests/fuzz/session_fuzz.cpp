@@ -52,7 +52,7 @@ void check_items(const merkel::SessionChunk& chunk) {
   }
   for (const auto& item : chunk.frames) {
     check(!name_of(item.frame.kind).empty());
-    check(item.frame.content().size() <= RawFrame::kMostBytes);
+    check(item.frame.content().size() <= RawFrame::kMaxBytes);
   }
 }
 

@@ -9,7 +9,7 @@
 
 #include "core/math/random.hpp"
 #include "core/units.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "tests/realtime/clocks/scripted_clock.hpp"
 
@@ -33,7 +33,7 @@ constexpr hours kLength{kHours};
 class DriftingDevice {
  public:
   /// Delivers the samples that have arrived by now.
-  void deliver(nanoseconds now, ProbeChannel& channel) {
+  void deliver(nanoseconds now, ProbeQueue& channel) {
     while (next_.arrival <= now && next_.time < kLength) {
       if (!lost_) {
         (channel.try_push(next_) ? channel.delivered : channel.dropped).add();
@@ -78,7 +78,7 @@ TEST(LongRun, ADayOfVirtualTimeAddsUp) {
   scene.tick = kTick;
   auto model = TactileModel::create(scene);
   ASSERT_TRUE(model);
-  ProbeChannel channel(4096);
+  ProbeQueue channel(4096);
   DriftingDevice device;
   Random random(7);
   Fanout fanout;

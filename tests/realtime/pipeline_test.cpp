@@ -129,7 +129,7 @@ TEST(Pipeline, AShorterTickGivesTheSameNeuronsAndCounts) {
 
 TEST(Pipeline, CountersAddUp) {
   const PipelineOutcome outcome = run(std::make_unique<MemoryProbe>(press(), 7));
-  const RunReport::OfProbe& probe = outcome.report.probes[0];
+  const RunReport::ProbeReport& probe = outcome.report.probes[0];
   EXPECT_EQ(probe.samples_in, 601U);
   EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
   const RunReport::OfSink& sink = outcome.report.sinks[0];
@@ -405,7 +405,7 @@ TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
   EXPECT_GT(last.counters.ticks, 0U);
   EXPECT_LE(last.counters.ticks, report->ticks);
   EXPECT_EQ(last.counters.demotions, 0U);
-  const RunReport::OfProbe& probe = report->probes[0];
+  const RunReport::ProbeReport& probe = report->probes[0];
   EXPECT_EQ(probe.samples_in, probe.counts.used + probe.counts.late + probe.dropped + probe.unused);
   ASSERT_TRUE(report->host_time);
   EXPECT_EQ(report->host_time->tick.count, report->ticks);

@@ -30,9 +30,9 @@ DeviceSimulator::Settings cable(const std::string& trace, const SimulatedFaults&
                                 std::string link = {}, std::string_view protocol = "csv") {
   auto reader = TraceReader::open(trace);
   EXPECT_TRUE(reader) << reader.error().sentence;
-  constexpr std::size_t kMost = 100'000;
-  Readings readings(ReadingColumns(reader->columns()), kMost);
-  EXPECT_TRUE(reader->read(readings, kMost));
+  constexpr std::size_t kMax = 100'000;
+  Readings readings(ReadingColumns(reader->columns()), kMax);
+  EXPECT_TRUE(reader->read(readings, kMax));
   std::vector<ProbeSample> samples;
   std::vector<double> others;
   for (std::size_t i = 0; i < readings.size(); ++i) {

@@ -176,7 +176,7 @@ class StuckPipe {
 };
 
 TEST(OutputSafety, AnUnreadPipeDoesNotKeepTheProgramOrOtherSinksFromEnding) {
-  for (const bool hurry : {false, true}) {
+  for (const bool end_now : {false, true}) {
     const TemporaryFolder folder;
     const StuckPipe pipe(folder.path("pipe"));
     const std::string spikes = folder.path("s.csv");
@@ -185,14 +185,14 @@ TEST(OutputSafety, AnUnreadPipeDoesNotKeepTheProgramOrOtherSinksFromEnding) {
     ASSERT_TRUE(wait_for_bytes(spikes + ".part", 100));
     const auto started = steady_clock::now();
     program.send(SIGHUP);
-    if (hurry) {
+    if (end_now) {
       std::this_thread::sleep_for(milliseconds{300});
       program.send(SIGINT);
     }
     const ProgramRun ended = program.finish();
     EXPECT_EQ(ended.ended_by, 0);
     EXPECT_EQ(ended.exit_code, 1) << ended.err;
-    EXPECT_LT(steady_clock::now() - started, std::chrono::seconds{hurry ? 4 : 12});
+    EXPECT_LT(steady_clock::now() - started, std::chrono::seconds{end_now ? 4 : 12});
     EXPECT_TRUE(has(ended.err, "stopped reading")) << ended.err;
     EXPECT_TRUE(std::filesystem::exists(spikes));
     EXPECT_FALSE(std::filesystem::exists(spikes + ".part"));

@@ -43,7 +43,7 @@ std::string record_faulty_session(const TemporaryFolder& folder, LoopStatistics&
   channel.add<LoopEvent>(1024);
   SinkWriter writer(**sink, {.channel = channel, .status = [] { return RunStatus{}; }});
 
-  ProbeChannel probe(4096);
+  ProbeQueue probe(4096);
   std::vector<ProbeSample> samples;
   for (int k = 0; k <= 1500; ++k) {
     if (k > 700 && k < 900) continue;  // silent for longer than stale_after

@@ -85,7 +85,7 @@ TEST(Verdict, DemotionFailsTheRun) {
 }
 
 /// What happens to a device in a run of ten seconds.
-Outcome of_device(const std::function<void(RunReport::OfProbe&)>& happen) {
+Outcome of_device(const std::function<void(RunReport::ProbeReport&)>& happen) {
   return outcome([&happen](RunReport& report) {
     report.ticks = 10'000;
     report.probes[0].uri = "serial:x";
@@ -96,7 +96,7 @@ Outcome of_device(const std::function<void(RunReport::OfProbe&)>& happen) {
 
 TEST(Verdict, AnUnplugOfMoreThanASecondLosesTouch) {
   const auto unplugged = [](int outages, std::chrono::milliseconds outage) {
-    return of_device([=](RunReport::OfProbe& probe) {
+    return of_device([=](RunReport::ProbeReport& probe) {
       probe.device->outages = static_cast<std::uint64_t>(outages);
       probe.device->outage_ns =
           static_cast<std::uint64_t>(std::chrono::nanoseconds{outage}.count());
@@ -113,7 +113,7 @@ TEST(Verdict, AnUnplugOfMoreThanASecondLosesTouch) {
 
 TEST(Verdict, ANegativeCompressionIsNamed) {
   const auto pressed = [](double force_mN, double depth_mm) {
-    return of_device([=](RunReport::OfProbe& probe) {
+    return of_device([=](RunReport::ProbeReport& probe) {
       probe.press_range.least_force_mN = force_mN;
       probe.press_range.most_depth_mm = depth_mm;
     });
@@ -140,7 +140,7 @@ TEST(Verdict, TheReadingsOfARecordingAreCheckedToo) {
 }
 
 TEST(Verdict, AContactThatNeverEndsIsNamed) {
-  const Outcome run = of_device([](RunReport::OfProbe& probe) {
+  const Outcome run = of_device([](RunReport::ProbeReport& probe) {
     probe.press_range.longest_touch = std::chrono::seconds{60};
     probe.press_range.least_force_of_longest_mN = 12.0;
   });
@@ -151,7 +151,7 @@ TEST(Verdict, AContactThatNeverEndsIsNamed) {
 
 TEST(Verdict, ATouchThatWasLostBecauseReadingsWereRefusedSaysSo) {
   const auto lost = [](std::uint64_t refused) {
-    return of_device([=](RunReport::OfProbe& probe) {
+    return of_device([=](RunReport::ProbeReport& probe) {
       probe.timing = {.period = std::chrono::milliseconds{10}};
       probe.counts.released_ticks = 2000;
       probe.device->refused = refused;
@@ -184,14 +184,15 @@ TEST(EndlessTouch, IsNamedOnceWhileTheRunLasts) {
 }
 
 TEST(Verdict, AFlickeringContactIsNamed) {
-  EXPECT_EQ(
-      of_device([](RunReport::OfProbe& probe) { probe.press_range.brief_touches = 40; }).sentence,
-      "the contact of serial:x flickered: 40 touches ended within 15 ms");
+  EXPECT_EQ(of_device([](RunReport::ProbeReport& probe) {
+              probe.press_range.brief_touches = 40;
+            }).sentence,
+            "the contact of serial:x flickered: 40 touches ended within 15 ms");
 }
 
 TEST(Verdict, DriftIsNamedWithItsRate) {
   const auto drifted = [](bool followed, std::uint64_t brief_touches) {
-    return of_device([=](RunReport::OfProbe& probe) {
+    return of_device([=](RunReport::ProbeReport& probe) {
       probe.contact.contact_N = 0.012;
       probe.drift = {.last_mN = -20.0, .last = std::chrono::seconds{120}, .followed = followed};
       probe.press_range.brief_touches = brief_touches;
@@ -208,7 +209,7 @@ TEST(Verdict, DriftIsNamedWithItsRate) {
 
 TEST(Verdict, AnUncertainZeroIsNamed) {
   const Outcome run = of_device(
-      [](RunReport::OfProbe& probe) { probe.drift.uncertain = std::chrono::seconds{12}; });
+      [](RunReport::ProbeReport& probe) { probe.drift.uncertain = std::chrono::seconds{12}; });
   EXPECT_EQ(run.sentence,
             "the zero of serial:x was uncertain for 12 s: its contact may have been drift, and "
             "stimulation was suspended");
@@ -231,7 +232,7 @@ TEST(EndlessTouch, AnUncertainZeroIsNamedOnceInEachTouch) {
 }
 
 TEST(Verdict, AForceThatNoFingerBearsIsNamed) {
-  const Outcome run = of_device([](RunReport::OfProbe& probe) {
+  const Outcome run = of_device([](RunReport::ProbeReport& probe) {
     probe.press_range.most_force_mN = 20'000.0;
     probe.press_range.most_depth_mm = 18.7;
   });

@@ -20,13 +20,13 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kNone = SIZE_MAX;
-constexpr std::size_t kMostProcesses = 1024;
+constexpr std::size_t kMaxProcesses = 1024;
 
 /// What the processes share.
 struct Board {
   std::atomic<std::size_t> next{0};
   std::atomic<std::size_t> finished{0};
-  std::atomic<std::size_t> item_of[kMostProcesses];  ///< that a worker runs; kNone: none
+  std::atomic<std::size_t> item_of[kMaxProcesses];  ///< that a worker runs; kNone: none
 };
 static_assert(std::atomic<std::size_t>::is_always_lock_free);
 
@@ -100,7 +100,7 @@ Expected<std::size_t, SetupError> run_shared(const SharedWork& work,
   const std::unique_ptr<void, void (*)(void*)> release(
       memory, [](void* bytes) { ::munmap(bytes, sizeof(Board)); });
   std::vector<pid_t> workers(
-      std::clamp<std::size_t>(work.processes, 1, std::min(kMostProcesses, work.items)));
+      std::clamp<std::size_t>(work.processes, 1, std::min(kMaxProcesses, work.items)));
   for (std::size_t place = 0; place < workers.size(); ++place) {
     workers[place] = start_worker(work, board, place);
     if (workers[place] > 0) continue;

@@ -98,12 +98,12 @@ Expected<RawDevice, SetupError> open_raw(const CalibrateOptions& options) {
     return bad_input(
         "remove calibration=… from the URI: a new calibration starts from raw readings");
   }
-  constexpr std::size_t kMostFactors = 64;
+  constexpr std::size_t kMaxFactors = 64;
   for (;;) {
     auto probe = open_probe(uri + (fragment ? "#" + *fragment : ""), options.allow_remote);
     const std::string key = probe ? "" : UnitFactors::key_in(probe.error().sentence);
     if (probe) device.probe = std::move(*probe);
-    if (!probe && (key.empty() || device.stand_ins.size() == kMostFactors)) {
+    if (!probe && (key.empty() || device.stand_ins.size() == kMaxFactors)) {
       return Unexpected<SetupError>(probe.error());
     }
     if (device.probe) break;

@@ -94,7 +94,7 @@ Json json_of(const ConsumerLatency& consumer) {
 
 Json json_of(const DoctorRun& run) {
   const RunReport& report = run.path.report;
-  const RunReport::OfProbe& probe = report.probes.front();
+  const RunReport::ProbeReport& probe = report.probes.front();
   Json json = {{"missed", run.path.missed()},
                {"missed_fraction", run.path.missed_fraction()},
                {"steal_ms", units::ms_from(run.path.steal)},

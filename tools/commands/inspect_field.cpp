@@ -72,9 +72,9 @@ Expected<void, SetupError> check_depths(const InspectOptions& options,
   }
   const double least =
       options.printed ? 0.0 : *std::min_element(options.z_mm.begin(), options.z_mm.end());
-  if (solved && least < Indenter::kLeastDepth_mm) {
+  if (solved && least < Indenter::kMinDepth_mm) {
     return bad_input("for this contact, --z-mm must be at least " +
-                     shortest_decimal(Indenter::kLeastDepth_mm) +
+                     shortest_decimal(Indenter::kMinDepth_mm) +
                      ": pressures vary from pixel to pixel");
   }
   const double bone_mm = inspected.skin.bone_depth_mm();

@@ -218,19 +218,20 @@ int replay(const ReplayOptions& options) {
     if (!result && error_message.empty()) error_message = result.error().sentence;
   };
   for (const auto& sink : sinks) keep(sink->begin(*origin));
-  const SessionReplay::Made made{.spikes =
-                                     [&](std::span<const SpikeEvent> spikes) {
-                                       for (const auto& sink : sinks) {
-                                         keep(sink->write({.spikes = spikes}));
-                                       }
-                                     },
-                                 .commands =
-                                     [&](std::span<const StimulationCommand> commands) {
-                                       const auto unsent = unsent_of(commands);
-                                       for (const auto& sink : sinks) {
-                                         keep(sink->write({.commands = commands, .sent = unsent}));
-                                       }
-                                     }};
+  const SessionReplay::Callbacks made{
+      .spikes =
+          [&](std::span<const SpikeEvent> spikes) {
+            for (const auto& sink : sinks) {
+              keep(sink->write({.spikes = spikes}));
+            }
+          },
+      .commands =
+          [&](std::span<const StimulationCommand> commands) {
+            const auto unsent = unsent_of(commands);
+            for (const auto& sink : sinks) {
+              keep(sink->write({.commands = commands, .sent = unsent}));
+            }
+          }};
   SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;
   for (;;) {

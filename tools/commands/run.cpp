@@ -10,7 +10,7 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
@@ -54,7 +54,7 @@ Expected<void, SetupError> repeat(Scene& scene, bool bounded) {
     if (!parsed || parsed->options.contains("repeat")) return;
     uri = whole + (parsed->options.empty() ? "?" : "&") + "repeat=0" + uri.substr(whole.size());
   };
-  for (Scene::OfProbe& probe : scene.probes) set(probe.uri);
+  for (Scene::ProbeSettings& probe : scene.probes) set(probe.uri);
   for (Scene::OfDevice& device : scene.devices) set(device.uri);
   if (any) return {};
   return bad_input("--repeat: no probe of the scene is a recording or a simulated press");

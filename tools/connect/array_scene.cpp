@@ -6,7 +6,7 @@
 
 #include <fmt/core.h>
 
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/uri.hpp"
 #include "tools/connect/hand_scene.hpp"
@@ -25,7 +25,7 @@ std::string without_number(const std::string& name) {
 }  // namespace
 
 std::size_t taxels_among(const std::vector<std::string>& channels) {
-  constexpr std::size_t kFewestPressures = 2;
+  constexpr std::size_t kMinPressures = 2;
   std::size_t forces = 0;
   std::size_t pressures = 0;
   std::string name;
@@ -43,9 +43,9 @@ std::size_t taxels_among(const std::vector<std::string>& channels) {
     alike = alike && without_number(channel) == name;
   }
   if (forces == 0) {
-    return pressures < (presses ? kFewestTaxels : kFewestPressures) ? 0 : pressures;
+    return pressures < (presses ? kMinTaxels : kMinPressures) ? 0 : pressures;
   }
-  const bool array = pressures == 0 && forces >= kFewestTaxels && alike;
+  const bool array = pressures == 0 && forces >= kMinTaxels && alike;
   return array && !name.starts_with("force_") ? forces : 0;
 }
 

@@ -7,11 +7,11 @@
 namespace merkel {
 
 /// So many like channels are a tactile array.
-inline constexpr std::size_t kFewestTaxels = 16;
+inline constexpr std::size_t kMinTaxels = 16;
 
 /// The number of taxels among the channels of a device: pressures, if there is no force with a name
-/// of its own beside them (beside the force or depth of a probe, at least kFewestTaxels), or at
-/// least kFewestTaxels forces that differ by their number (cell1_N, cell2_N, …). 0: it is no array.
+/// of its own beside them (beside the force or depth of a probe, at least kMinTaxels), or at
+/// least kMinTaxels forces that differ by their number (cell1_N, cell2_N, …). 0: it is no array.
 /// \param channels  in N, mm and kPa
 [[nodiscard]] std::size_t taxels_among(const std::vector<std::string>& channels);
 

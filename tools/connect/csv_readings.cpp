@@ -16,9 +16,9 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kLeastLines = 5;
-constexpr std::size_t kLeastFrames = 2;
-constexpr std::size_t kMostReadings = 4;
+constexpr std::size_t kMinLines = 5;
+constexpr std::size_t kMinFrames = 2;
+constexpr std::size_t kMaxReadings = 4;
 constexpr std::size_t kSeveral = 3;  ///< sensors, rather than one with force and depth
 constexpr double kHardPress_N = 20.0;
 
@@ -215,7 +215,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
   const auto with_digits = std::count_if(lines.begin(), lines.end(), [](const std::string& line) {
     return line.find_first_of("0123456789") != std::string::npos;
   });
-  if (static_cast<std::size_t>(with_digits) < (frame_lines > 0 ? kLeastFrames : kLeastLines)) {
+  if (static_cast<std::size_t>(with_digits) < (frame_lines > 0 ? kMinFrames : kMinLines)) {
     return readings;
   }
   for (const TextColumns& text : columns_of_lines(lines)) {
@@ -242,7 +242,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
       return column.name.empty() && std::fabs(column.value) > kHardPress_N;
     });
     const auto taxels = unnamed_taxels(columns);
-    if (taxels.size() >= kFewestTaxels) {
+    if (taxels.size() >= kMinTaxels) {
       for (const std::string unit : {"_kPa", "_N"}) {
         std::vector<std::string> names = names_with(columns, "", "N");
         for (std::size_t k = 0; k < taxels.size(); ++k) {
@@ -253,7 +253,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
     }
     const auto several = unnamed_measurements(columns);
     const bool keyed = !several.empty() && !columns[several.front()].key.empty();
-    if (several.size() >= (keyed ? 2 : kSeveral) && several.size() <= ProbeColumns::kMostFurther) {
+    if (several.size() >= (keyed ? 2 : kSeveral) && several.size() <= ProbeColumns::kMaxFurther) {
       const std::string unit = heavy ? "_g" : "_N";
       std::vector<std::string> names = names_with(columns, "", "N");
       for (std::size_t k = 0; k < several.size(); ++k) {
@@ -264,7 +264,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
       }
       push(names);
     }
-    if (taxels.size() < kFewestTaxels) {
+    if (taxels.size() < kMinTaxels) {
       add("force", heavy ? "g" : "N");
       add("depth", heavy ? "g" : "N");
       add("force", heavy ? "N" : "g");
@@ -276,7 +276,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
                            columns[1].name.empty();
     if (!readings.empty() && !ambiguous) break;
   }
-  if (readings.size() > kMostReadings) readings.resize(kMostReadings);
+  if (readings.size() > kMaxReadings) readings.resize(kMaxReadings);
   return readings;
 }
 

@@ -71,8 +71,8 @@ std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channe
 
 std::optional<double> noise_at_rest(const std::vector<double>& values) {
   constexpr std::size_t kParts = 10;
-  constexpr std::size_t kFewest = 10;  ///< values in a part
-  const std::size_t size = std::max(kFewest, values.size() / kParts);
+  constexpr std::size_t kMin = 10;  ///< values in a part
+  const std::size_t size = std::max(kMin, values.size() / kParts);
   std::vector<double> noises;
   for (auto part = std::span(values); part.size() >= size; part = part.subspan(size)) {
     const auto head = part.first(size);

@@ -13,7 +13,7 @@
 #include "core/units.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_splitter.hpp"
@@ -45,7 +45,7 @@ nanoseconds now() {
       std::chrono::steady_clock::now().time_since_epoch());
 }
 
-struct Heard {
+struct OpeningBytes {
   Bytes bytes;
   double seconds = 0.0;    ///< since the first byte
   nanoseconds silence{0};  ///< before the first byte
@@ -84,8 +84,8 @@ std::string_view text_of(std::span<const std::uint8_t> bytes) {
 }
 
 /// Listens: long enough for the lines of a slow device, and for a board that boots.
-Heard listen(Transport& port) {
-  Heard heard;
+OpeningBytes listen(Transport& port) {
+  OpeningBytes heard;
   std::array<std::uint8_t, 4096> buffer{};
   const nanoseconds begin = now();
   nanoseconds first{0};
@@ -123,10 +123,10 @@ std::string shown(std::span<const std::uint8_t> bytes) {
 
 /// The channels of a device, with their values in a reading if there is one.
 std::string meaning_of(const Protocol& protocol, const DeviceStream& stream) {
-  constexpr std::size_t kMostShown = 8;
+  constexpr std::size_t kMaxShown = 8;
   const std::vector<ChannelName> channels = protocol.channel_names();
   std::string text;
-  for (std::size_t i = 0; i < std::min(channels.size(), kMostShown); ++i) {
+  for (std::size_t i = 0; i < std::min(channels.size(), kMaxShown); ++i) {
     const std::string name = in_unit_of_readings(channels[i]);
     const auto unit = name.rfind('_');
     const double value =
@@ -134,7 +134,7 @@ std::string meaning_of(const Protocol& protocol, const DeviceStream& stream) {
     text += (i == 0 ? "" : ", ") + name.substr(0, unit) + " " +
             (std::isfinite(value) ? shortest_decimal(value) : "in") + " " + name.substr(unit + 1);
   }
-  const std::size_t more = channels.size() - std::min(channels.size(), kMostShown);
+  const std::size_t more = channels.size() - std::min(channels.size(), kMaxShown);
   return text + (more == 0 ? "" : " and " + std::to_string(more) + " more");
 }
 
@@ -184,7 +184,7 @@ std::optional<Reading> request_reading(Transport& port, const ProtocolEntry& ent
 }
 
 /// The possible interpretations of bytes that arrived without a request.
-std::vector<Reading> readings_of(const Heard& heard, std::string_view scheme) {
+std::vector<Reading> readings_of(const OpeningBytes& heard, std::string_view scheme) {
   const std::string_view likely = likely_protocol(heard.bytes);
   const auto entry = find_protocol(likely);
   if (entry && likely != "csv" && !(*entry)->only_answers && is_carried(**entry, scheme)) {
@@ -244,7 +244,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address, bool all
       if (uri->scheme == "udp") break;
       return Unexpected<SetupError>(*unopened);
     }
-    const Heard heard = listen(**port);
+    const OpeningBytes heard = listen(**port);
     if (heard.bytes.empty()) break;  // silent at every rate
     boots = boots || heard.silence > kAtOnce;
     found.readings = readings_of(heard, uri->scheme);

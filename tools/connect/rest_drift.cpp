@@ -38,7 +38,7 @@ void RestDrift::add(double time_s, double value) {
 
 std::optional<double> RestDrift::slope() const {
   const std::size_t count = std::min(means_.size(), kWindow);
-  if (count < kFewest) return std::nullopt;
+  if (count < kMin) return std::nullopt;
   const double middle = 0.5 * static_cast<double>(count - 1);
   double xx = 0.0;
   double xy = 0.0;
@@ -75,12 +75,12 @@ std::string drift_text(const RestDrift& drift, bool force) {
 
 std::string drift_line(const RestDrift& drift) {
   constexpr double kTimes = 3.0;
-  constexpr double kLeast_mN_per_s = 0.05;
+  constexpr double kMin_mN_per_s = 0.05;
   if (!drift.slope()) return {};
   const double largest_mN_per_s = units::mN_from_N(drift.largest_slope());
   return fmt::format(
       "zero_drift_mN_per_s = {:.2g}  # three times the drift of {:.2g} mN/s that was measured\n",
-      std::max(kTimes * largest_mN_per_s, kLeast_mN_per_s), largest_mN_per_s);
+      std::max(kTimes * largest_mN_per_s, kMin_mN_per_s), largest_mN_per_s);
 }
 
 Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds) {

@@ -14,14 +14,14 @@ namespace merkel {
 class RestDrift {
  public:
   static constexpr std::size_t kWindow = 60;  ///< means, s, from which the present slope is fitted
-  static constexpr std::size_t kFewest = 5;
+  static constexpr std::size_t kMin = 5;
 
   /// \param time_s  increasing
   void add(double time_s, double value);
 
   /// Whole seconds so far.
   [[nodiscard]] std::size_t seconds() const noexcept { return means_.size(); }
-  /// The present slope, per s, over the last kWindow s; nothing: less than kFewest s.
+  /// The present slope, per s, over the last kWindow s; nothing: less than kMin s.
   [[nodiscard]] std::optional<double> slope() const;
   /// The largest magnitude that it had.
   [[nodiscard]] double largest_slope() const noexcept { return largest_; }

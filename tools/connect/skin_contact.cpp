@@ -9,7 +9,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kRest = 50;  ///< readings from which the noise is known
-constexpr double kLeastForce_N = 1e-3;
+constexpr double kMinForce_N = 1e-3;
 constexpr double kNoisesOfTouch = 6.0;
 constexpr double kEndOfTouch = 0.5;  ///< of the force at which it began
 constexpr std::size_t kInARow = 3;
@@ -26,7 +26,7 @@ std::optional<double> skin_depth_mm(std::span<const double> depth_mm,
   double squares = 0.0;
   for (const double force : rest) squares += (force - zero) * (force - zero);
   const double noise = std::sqrt(squares / static_cast<double>(kRest));
-  const double threshold = std::max(kNoisesOfTouch * noise, kLeastForce_N);
+  const double threshold = std::max(kNoisesOfTouch * noise, kMinForce_N);
   std::size_t in_a_row = 0;
   std::size_t onset = kRest;
   for (; onset < size && in_a_row < kInARow; ++onset) {

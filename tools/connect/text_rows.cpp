@@ -9,8 +9,8 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostFrameLines = 64;
-constexpr std::size_t kFewestFrames = 2;
+constexpr std::size_t kMaxFrameLines = 64;
+constexpr std::size_t kMinRepeats = 2;
 
 /// True if the first numbers of lines rise from line to line: they are rows with a clock.
 bool counts_on(const std::vector<std::string>& lines) {
@@ -90,7 +90,7 @@ std::size_t join_frames(std::vector<std::string>& lines) {
     }
   }
   std::erase_if(lines, [](const std::string& line) { return line.empty(); });
-  if (groups.size() < kFewestFrames + 2) return 0;
+  if (groups.size() < kMinRepeats + 2) return 0;
   // The first and the last one may be cut.
   const std::size_t size = groups[1].size();
   std::vector<std::string> numbers;
@@ -98,7 +98,7 @@ std::size_t join_frames(std::vector<std::string>& lines) {
     if (groups[i].size() != size) return 0;
     numbers.insert(numbers.end(), groups[i].begin(), groups[i].end());
   }
-  if (size < 2 || size > kMostFrameLines || counts_on(numbers)) return 0;
+  if (size < 2 || size > kMaxFrameLines || counts_on(numbers)) return 0;
   lines.clear();
   FrameLines frames(size);
   for (std::size_t i = 1; i + 1 < groups.size(); ++i) {

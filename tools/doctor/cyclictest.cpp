@@ -20,7 +20,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-constexpr int kLongest_us = 20'000;  ///< range of its histogram; longer latencies overflow
+constexpr int kMax_us = 20'000;  ///< range of its histogram; longer latencies overflow
 
 std::uint64_t whole(const nlohmann::json& value) {
   return value.is_number() ? value.get<std::uint64_t>() : 0;
@@ -83,7 +83,7 @@ std::optional<LatencySummary> run_cyclictest(std::chrono::nanoseconds duration,
                                     "-i",
                                     std::to_string(interval_us),
                                     "-h",
-                                    std::to_string(kLongest_us),
+                                    std::to_string(kMax_us),
                                     "--json=" + file};
   if (rights.fifo) words.insert(words.end(), {"-p", std::to_string(rights.priority)});
   if (rights.memory_locked) words.emplace_back("-m");

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/doctor/verdict.hpp"
+#include "tools/doctor/doctor_verdict.hpp"
 
 namespace merkel {
 

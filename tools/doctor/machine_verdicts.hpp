@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "realtime/threads/thread_setup.hpp"
-#include "tools/doctor/verdict.hpp"
+#include "tools/doctor/doctor_verdict.hpp"
 
 namespace merkel {
 

@@ -3,8 +3,8 @@
 #include <optional>
 #include <vector>
 
+#include "tools/doctor/doctor_verdict.hpp"
 #include "tools/doctor/path_measurement.hpp"
-#include "tools/doctor/verdict.hpp"
 
 namespace merkel {
 

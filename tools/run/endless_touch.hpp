@@ -20,7 +20,7 @@ class EndlessTouch {
     reported_.resize(progress.probes.size());
     uncertain_.resize(progress.probes.size());
     for (std::size_t i = 0; i < reported_.size(); ++i) {
-      const RunProgress::OfProbe& probe = progress.probes[i];
+      const RunProgress::ProbeProgress& probe = progress.probes[i];
       const bool endless = probe.live && probe.touch >= kEndlessTouch;
       if (endless && !reported_[i]) {
         sentences.push_back(probe.name +

@@ -6,7 +6,7 @@
 
 namespace merkel {
 
-std::optional<ForceAndDepth> force_and_depth(const RunReport::OfProbe& probe,
+std::optional<ForceAndDepth> force_and_depth(const RunReport::ProbeReport& probe,
                                              const TactileModel& model, std::size_t indenter) {
   constexpr std::uint32_t kBoth = ProbeSample::kDepth | ProbeSample::kForce;
   if ((probe.channels & kBoth) != kBoth) return std::nullopt;

@@ -22,7 +22,7 @@ struct ForceAndDepth {
 };
 
 /// Empty for a probe that does not measure both or never touched the skin.
-[[nodiscard]] std::optional<ForceAndDepth> force_and_depth(const RunReport::OfProbe& probe,
+[[nodiscard]] std::optional<ForceAndDepth> force_and_depth(const RunReport::ProbeReport& probe,
                                                            const TactileModel& model,
                                                            std::size_t indenter);
 

@@ -14,7 +14,7 @@
 #include "core/units.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
-#include "tools/run/afferent_table.hpp"
+#include "tools/run/afferent_summary.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/force_and_depth.hpp"
@@ -35,7 +35,7 @@ double measured_tick_us(const RunReport& report) {
 /// The counts at one stage, with their names in the text and in JSON.
 using Handover = std::vector<std::pair<std::string_view, std::uint64_t>>;
 
-Handover counts_of(const RunReport::OfProbe& probe) {
+Handover counts_of(const RunReport::ProbeReport& probe) {
   return {{"samples_in", probe.samples_in},
           {"used", probe.counts.used},
           {"late", probe.counts.late},
@@ -115,7 +115,7 @@ Json both_json(const std::optional<ForceAndDepth>& both) {
           {"ratio", both->ratio()}};
 }
 
-Json timing_json(const RunReport::OfProbe& probe) {
+Json timing_json(const RunReport::ProbeReport& probe) {
   if (!probe.timing) return {};
   return {{"period_ms", units::ms_from(probe.timing->period)},
           {"jitter_ms", units::ms_from(probe.timing->jitter)},
@@ -123,7 +123,7 @@ Json timing_json(const RunReport::OfProbe& probe) {
           {"stale_after_ms", units::ms_from(probe.stale_after)}};
 }
 
-double samples_per_tick(const RunReport::OfProbe& probe, const RunReport& report) {
+double samples_per_tick(const RunReport::ProbeReport& probe, const RunReport& report) {
   return report.ticks == 0
              ? 0.0
              : static_cast<double>(probe.counts.used) / static_cast<double>(report.ticks);
@@ -134,7 +134,7 @@ std::string_view name_of(ProbeInput::Decimate decimate) noexcept {
 }
 
 /// What became of the samples of a probe that is faster than the loop; empty for others.
-std::string decimation_text(const RunReport::OfProbe& probe, const RunReport& report) {
+std::string decimation_text(const RunReport::ProbeReport& probe, const RunReport& report) {
   constexpr double kSeveral = 1.5;
   const double samples = samples_per_tick(probe, report);
   if (samples < kSeveral) return {};
@@ -172,7 +172,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
         plan->budget_us.value_or(0.0));
   }
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
-    const RunReport::OfProbe& probe = report.probes[i];
+    const RunReport::ProbeReport& probe = report.probes[i];
     text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
     if (probe.timing && !probe.shares_device) {
       text += fmt::format(
@@ -234,7 +234,7 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
 std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
   Json probes = Json::array();
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
-    const RunReport::OfProbe& probe = report.probes[i];
+    const RunReport::ProbeReport& probe = report.probes[i];
     const Press& press = model.deepest()[i];
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));

@@ -17,7 +17,7 @@ using HostClock = std::chrono::steady_clock;
 constexpr milliseconds kStep{10};
 constexpr milliseconds kCommandStep{1};  ///< with electrodes: as finely as a run sends commands
 constexpr milliseconds kFlushEvery{10};
-constexpr milliseconds kLongestStep{50};  ///< a longer one is a stall of the host
+constexpr milliseconds kMaxStep{50};  ///< a longer one is a stall of the host
 
 /// Records that are played at their time. Status has none, frames have that of another clock, and
 /// the player itself sends commands.
@@ -226,7 +226,7 @@ Expected<void, SetupError> SessionPlayback::play(nanoseconds from, bool wait_at_
       continue;
     }
     if (position_.paused) switch_off(StimulationCommand::Stop::kGap);
-    if (now - last > kLongestStep) {
+    if (now - last > kMaxStep) {
       // What a stall missed is not sent at once: the playback goes on from where it was.
       switch_off(StimulationCommand::Stop::kGap);
       last = now - step_;

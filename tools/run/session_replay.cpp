@@ -84,7 +84,7 @@ bool SessionReplay::take_tick(const TickRecord& record) {
   return probe_ == 0;
 }
 
-void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
+void SessionReplay::take(const SessionChunk& chunk, const Callbacks& made) {
   stimulation_.take(chunk.commands);
   blocks_.insert(blocks_.end(), chunk.taxels.begin(), chunk.taxels.end());
   if (verdict_.identical()) spikes_.expect(chunk.spikes);
@@ -101,7 +101,7 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
     if (held_) ++verdict_.held_ticks;
     held_ = false;
     stimulation_.prepare(record.time);
-    const SimulationStep::Made tick = step_.step(records_);
+    const SimulationStep::Output tick = step_.step(records_);
     spikes_.take(tick.spikes);
     differ(spikes_.difference());
     if (made.spikes) made.spikes(tick.spikes);
@@ -109,7 +109,7 @@ void SessionReplay::take(const SessionChunk& chunk, const Made& made) {
   }
 }
 
-SessionReplay::Outcome SessionReplay::finish(const Made& made) {
+SessionReplay::Outcome SessionReplay::finish(const Callbacks& made) {
   if (!broken_) stimulation_.finish(made.commands);
   verdict_.spikes = spikes_.made();
   verdict_.commands = stimulation_.commands();

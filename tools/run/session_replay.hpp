@@ -37,17 +37,17 @@ class SessionReplay {
   };
 
   /// Callbacks for every tick; either may be empty.
-  struct Made {
+  struct Callbacks {
     std::function<void(std::span<const SpikeEvent>)> spikes;
-    StimulationReplay::Made commands;
+    StimulationReplay::Callback commands;
   };
 
   /// \param encoder  fresh; null if the scene has no electrodes
   explicit SessionReplay(TactileModel& model, StimulationEncoder* encoder = nullptr);
 
   /// Accepts the session's chunks in order.
-  void take(const SessionChunk& chunk, const Made& made = {});
-  [[nodiscard]] Outcome finish(const Made& made = {});
+  void take(const SessionChunk& chunk, const Callbacks& made = {});
+  [[nodiscard]] Outcome finish(const Callbacks& made = {});
 
  private:
   bool take_tick(const TickRecord& record);

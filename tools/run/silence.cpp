@@ -15,7 +15,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::chrono::nanoseconds kLongest{500'000'000};  ///< of the rise, and of the hold
+constexpr std::chrono::nanoseconds kMaxDuration{500'000'000};  ///< of the rise, and of the hold
 
 /// Presses of one probe on its patch alone, of any depth or force, with the rise and the hold of a
 /// press that was seen.
@@ -82,8 +82,8 @@ class SamePress {
       : model_(std::move(model)),
         x_mm_(place.x_mm),
         y_mm_(place.y_mm),
-        rise_(std::max(std::min(seen.rise, kLongest), model_.parameters().tick)),
-        hold_(std::max(std::min(seen.touch - seen.rise, kLongest), model_.parameters().tick)) {}
+        rise_(std::max(std::min(seen.rise, kMaxDuration), model_.parameters().tick)),
+        hold_(std::max(std::min(seen.touch - seen.rise, kMaxDuration), model_.parameters().tick)) {}
 
   TactileModel model_;
   double x_mm_;
@@ -147,7 +147,7 @@ std::string silence_text(const RunReport& report, const TactileModel& model) {
     }
     advice = force ? "press harder than about " + decimal(units::N_from_mN(*threshold)) + " N"
                    : "press deeper than about " + decimal(*threshold) + " mm";
-    if (seen.rise < kLongest) {
+    if (seen.rise < kMaxDuration) {
       advice += ", with the same rise time (" + decimal(units::ms_from(seen.rise)) + " ms)";
     }
   }

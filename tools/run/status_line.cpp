@@ -8,7 +8,7 @@
 namespace merkel {
 namespace {
 
-LiveReading reading_of(const RunProgress::OfProbe& probe) {
+LiveReading reading_of(const RunProgress::ProbeProgress& probe) {
   LiveReading reading;
   if ((probe.channels & ProbeSample::kForce) != 0U) {
     reading.force_N = units::N_from_mN(probe.force_mN);
@@ -32,7 +32,7 @@ std::vector<std::string> StatusLine::fields(const RunProgress& now) {
     fields.push_back(fmt::format("simulated {:.0f} s", units::s_from(now.simulated)));
   }
   if (!now.probes.empty()) {
-    const RunProgress::OfProbe& probe = now.probes.front();
+    const RunProgress::ProbeProgress& probe = now.probes.front();
     fields.push_back(bar_.text(reading_of(probe)));
     fields.emplace_back(name_of(probe.state));
   }

@@ -15,7 +15,7 @@ namespace {
 using By = StimulationSwitch::By;
 
 constexpr int kLookEvery_ms = 100;
-constexpr std::size_t kLongestOrder = 64;
+constexpr std::size_t kMaxOrder = 64;
 
 // A signal handler has no other access to the run.
 std::atomic<StimulationSwitch*> g_switch{nullptr};
@@ -38,7 +38,7 @@ void obey_lines(const std::stop_token& stop, StimulationSwitch& stimulation) {
   while (!stop.stop_requested()) {
     pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
     if (::poll(&input, 1, kLookEvery_ms) <= 0) continue;
-    std::array<char, kLongestOrder> bytes{};
+    std::array<char, kMaxOrder> bytes{};
     const ssize_t count =
         may_read_terminal() ? ::read(STDIN_FILENO, bytes.data(), bytes.size()) : 0;
     if (count <= 0) {
@@ -49,7 +49,7 @@ void obey_lines(const std::stop_token& stop, StimulationSwitch& stimulation) {
     }
     for (const char c : std::string_view(bytes.data(), static_cast<std::size_t>(count))) {
       if (c != '\n') {
-        if (line.size() < kLongestOrder && c != ' ' && c != '\r') line += c;
+        if (line.size() < kMaxOrder && c != ' ' && c != '\r') line += c;
         continue;
       }
       if (line == "stop") stimulation.stop(By::kTerminal);

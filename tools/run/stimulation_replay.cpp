@@ -41,13 +41,14 @@ void StimulationReplay::prepare(std::chrono::nanoseconds time) {
   }
 }
 
-void StimulationReplay::compare(std::span<const StimulationCommand> commands, const Made& made) {
+void StimulationReplay::compare(std::span<const StimulationCommand> commands,
+                                const Callback& made) {
   if (encoder_ == nullptr) return;
   comparison_.take(commands);
   if (made) made(commands);
 }
 
-void StimulationReplay::finish(const Made& made) {
+void StimulationReplay::finish(const Callback& made) {
   if (encoder_ == nullptr || !last_) return;
   const auto commands = encoder_->finish();
   if (made) made(commands);

@@ -16,7 +16,7 @@ namespace merkel {
 /// the recording.
 class StimulationReplay {
  public:
-  using Made = std::function<void(std::span<const StimulationCommand>)>;
+  using Callback = std::function<void(std::span<const StimulationCommand>)>;
 
   /// \param encoder  fresh; null if the scene has no electrodes
   explicit StimulationReplay(StimulationEncoder* encoder);
@@ -26,9 +26,9 @@ class StimulationReplay {
   /// Before the encoder's step of the tick that ends at `time`.
   void prepare(std::chrono::nanoseconds time);
   /// The commands of that step. \param made  receives them; may be empty
-  void compare(std::span<const StimulationCommand> commands, const Made& made);
+  void compare(std::span<const StimulationCommand> commands, const Callback& made);
   /// After the last tick: the last update, if the recording has it.
-  void finish(const Made& made);
+  void finish(const Callback& made);
 
   [[nodiscard]] std::uint64_t commands() const noexcept { return comparison_.made(); }
   /// Empty if every command equals the recorded one; else the first difference, as a sentence.

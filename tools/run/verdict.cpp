@@ -17,7 +17,7 @@ namespace {
 using Severity = Finding::Severity;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMostFindings = 5;
+constexpr std::size_t kMaxFindings = 5;
 constexpr double kMuchPoor = 0.2;     ///< share of solutions
 constexpr double kMuchMoved = 0.02;   ///< of the largest energy density
 constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
@@ -62,7 +62,7 @@ class RunChecks {
     std::stable_sort(findings_.begin(), findings_.end(), [](const Finding& a, const Finding& b) {
       return a.severity != b.severity ? a.severity > b.severity : a.weight > b.weight;
     });
-    if (findings_.size() > kMostFindings) findings_.resize(kMostFindings);
+    if (findings_.size() > kMaxFindings) findings_.resize(kMaxFindings);
     return std::move(findings_);
   }
 
@@ -71,7 +71,7 @@ class RunChecks {
     findings_.push_back({severity, weight, std::move(what), std::move(remedy)});
   }
 
-  void check_probe(const RunReport::OfProbe& probe) {
+  void check_probe(const RunReport::ProbeReport& probe) {
     if (!probe.uri.starts_with("sim:")) check_readings(probe);
     if (!probe.device && !probe.timing) return;  // recordings lose nothing
     check_touch(probe);
@@ -86,17 +86,17 @@ class RunChecks {
                        std::fabs(drift.change_mN()) / std::max(time_s, 1e-9));
   }
   /// A zero that should be tracked: it has a threshold of contact, and its level at rest changed.
-  static bool drifts_unfollowed(const RunReport::OfProbe& probe) {
+  static bool drifts_unfollowed(const RunReport::ProbeReport& probe) {
     const double contact_mN = units::mN_from_N(probe.contact.contact_N);
     return contact_mN > 0.0 && !probe.drift.followed &&
            std::fabs(probe.drift.change_mN()) >= 0.5 * contact_mN;
   }
-  static std::string rest_of(const RunReport::OfProbe& probe) {
+  static std::string rest_of(const RunReport::ProbeReport& probe) {
     if (!drifts_unfollowed(probe)) return {};
     return "; its zero drifted by " + drift_text(probe.drift);
   }
 
-  void check_zero(const RunReport::OfProbe& probe) {
+  void check_zero(const RunReport::ProbeReport& probe) {
     const double contact_mN = units::mN_from_N(probe.contact.contact_N);
     if (probe.drift.uncertain.count() > 0) {
       add(Severity::kNote, 1.0,
@@ -115,7 +115,7 @@ class RunChecks {
   }
 
   /// A wrong sign, zero or unit shows in the readings of the whole run.
-  void check_readings(const RunReport::OfProbe& probe) {
+  void check_readings(const RunReport::ProbeReport& probe) {
     const PressRange& range = probe.press_range;
     const double least_N = units::N_from_mN(range.least_force_mN);
     if (range.most_force_mN <= 0.0 && range.least_force_mN < kMisread_mN) {
@@ -166,7 +166,7 @@ class RunChecks {
   }
 
   void check_press(std::size_t i) {
-    const RunReport::OfProbe& probe = report_.probes[i];
+    const RunReport::ProbeReport& probe = report_.probes[i];
     const Press& press = model_.deepest()[i];
     if (!press.touching()) return;
     const Indenter& indenter = model_.parameters().indenters[i];
@@ -193,7 +193,7 @@ class RunChecks {
     }
   }
 
-  void check_surface(const RunReport::OfProbe& probe, const SlidingContact& sliding) {
+  void check_surface(const RunReport::ProbeReport& probe, const SlidingContact& sliding) {
     const SlidingContact::Report& counts = sliding.report();
     const double off = share(counts.off_surface, counts.solutions);
     if (off > 0.0) {
@@ -228,7 +228,7 @@ class RunChecks {
     }
   }
 
-  void check_touch(const RunReport::OfProbe& probe) {
+  void check_touch(const RunReport::ProbeReport& probe) {
     const double released_s = static_cast<double>(probe.counts.released_ticks) * tick_s_;
     const double outage_s =
         probe.device ? units::s_from(nanoseconds{probe.device->outage_ns}) : 0.0;
@@ -278,14 +278,14 @@ class RunChecks {
 
   /// An array that lacks taxels and felt nothing.
   void check_taxels(std::size_t i) {
-    const RunReport::OfProbe& probe = report_.probes[i];
+    const RunReport::ProbeReport& probe = report_.probes[i];
     const bool array = model_.parameters().indenters[i].taxels() != nullptr;
     if (!array || probe.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
     add(Severity::kFailure, 1.0, fmt::format("{} felt no touch: {}", probe.uri, probe.lack),
         kNoValue);
   }
 
-  void check_samples(const RunReport::OfProbe& probe) {
+  void check_samples(const RunReport::ProbeReport& probe) {
     const double held = share(probe.counts.held_ticks, report_.ticks);
     if (held > kMuch) {
       const auto needed = probe.timing ? probe.timing->delay : nanoseconds{0};
@@ -328,7 +328,7 @@ class RunChecks {
            "machine";
   }
 
-  void check_device(const RunReport::OfProbe& probe, const DeviceCounts& device) {
+  void check_device(const RunReport::ProbeReport& probe, const DeviceCounts& device) {
     const std::string sent =
         device.unexpected.empty() ? "" : "; the first answer that was wrong: " + device.unexpected;
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
@@ -474,7 +474,7 @@ std::string verdict_text(const std::vector<Finding>& findings, const RunReport& 
   if (!report.error_message.empty()) return "verdict: the run stopped: see the error\n";
   if (findings.empty()) {
     std::uint64_t late = 0;
-    for (const RunReport::OfProbe& probe : report.probes) late += probe.counts.late;
+    for (const RunReport::ProbeReport& probe : report.probes) late += probe.counts.late;
     std::string text = "verdict: no losses";
     text += late == 0 ? ": no sample was late"
                       : fmt::format(": only {} {} late", counted(late, "sample"), was(late));

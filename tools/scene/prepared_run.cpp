@@ -8,9 +8,9 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/input_file.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "drivers/probes/probe_channels.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/run_probes.hpp"
 #include "tools/scene/machine_facts.hpp"
@@ -52,14 +52,14 @@ void note_files_of(const Scene& scene) {
 /// The longest delay of the scene's probes.
 std::optional<nanoseconds> delay_of(const Scene& scene) {
   std::optional<nanoseconds> delay;
-  for (const Scene::OfProbe& probe : scene.probes) {
+  for (const Scene::ProbeSettings& probe : scene.probes) {
     if (probe.delay) delay = std::max(delay.value_or(nanoseconds{0}), *probe.delay);
   }
   return delay;
 }
 
 /// A calibration that leaves out what drives the model; empty: there is none, or it does not.
-std::string uncalibrated_drive(const ProbeInfo& info, const Scene::OfProbe& probe) {
+std::string uncalibrated_drive(const ProbeInfo& info, const Scene::ProbeSettings& probe) {
   const bool has_force = (info.channels & ProbeSample::kForce) != 0U;
   const bool force = probe.control ? *probe.control == Indenter::Control::kForce : has_force;
   const std::uint32_t driving = force ? ProbeSample::kForce : ProbeSample::kDepth;
@@ -271,7 +271,7 @@ Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation prepar
   static_cast<Simulation&>(run) = std::move(*simulation);
   if (!preparation.fast) {
     std::vector<ContactInput> places;
-    for (const Scene::OfProbe& probe : scene.probes) {
+    for (const Scene::ProbeSettings& probe : scene.probes) {
       places.push_back({.x_mm = probe.input.x_mm, .y_mm = probe.input.y_mm});
     }
     const nanoseconds pressed = pressed_cost(*run.model, places, &PeriodicClock::now);

@@ -6,25 +6,25 @@
 #include "core/units.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/sample_limits.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 namespace {
 
 constexpr std::uint64_t kTicksToInterrupt = 64;
-constexpr std::size_t kMostWaiting = 4096;  ///< samples of one probe while another is behind
+constexpr std::size_t kMaxWaiting = 4096;  ///< samples of one probe while another is behind
 
 }  // namespace
 
 struct SampleStream::Line {
   Line(std::string the_name, const ProbeInput::Parameters& parameters)
       : name(std::move(the_name)),
-        channel(kMostWaiting),
+        channel(kMaxWaiting),
         contact(parameters.contact, true),
         input(channel, parameters) {}
 
   std::string name;
-  ProbeChannel channel;
+  ProbeQueue channel;
   ContactDecision contact;
   ProbeInput input;
   std::optional<std::chrono::nanoseconds> last;  ///< time of the last pushed sample
@@ -92,8 +92,8 @@ Expected<std::span<const SpikeEvent>, SetupError> SampleStream::push(std::size_t
     return bad_input(std::move(fault));
   }
   begin_call();
-  if (line.channel.ring->size_approx() >= kMostWaiting) {
-    return bad_input(line.name + " is " + std::to_string(kMostWaiting) +
+  if (line.channel.ring->size_approx() >= kMaxWaiting) {
+    return bad_input(line.name + " is " + std::to_string(kMaxWaiting) +
                      " samples ahead of another probe: push the samples of all probes in turn");
   }
   ProbeSample decided = sample;
@@ -184,7 +184,7 @@ void SampleStream::simulate() {
                    .doubts = reading.doubts,
                    .touch = reading.touch};
   }
-  const SimulationStep::Made made = step_->step(records_);
+  const SimulationStep::Output made = step_->step(records_);
   spikes_.insert(spikes_.end(), made.spikes.begin(), made.spikes.end());
   commands_.insert(commands_.end(), made.commands.begin(), made.commands.end());
   ++ticks_;

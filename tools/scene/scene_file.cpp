@@ -11,7 +11,7 @@
 #include "core/scene/model_fields.hpp"
 #include "drivers/files/height_map_file.hpp"
 #include "drivers/files/input_file.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/scene_stimulation.hpp"
@@ -95,7 +95,7 @@ void read_devices(SceneTable& root, Findings& findings, Scene& scene) {
 }
 
 /// Checks where a probe gets its samples.
-void check_source(SceneTable& table, Scene::OfProbe& probe) {
+void check_source(SceneTable& table, Scene::ProbeSettings& probe) {
   if (table.has("device")) {
     if (table.has("uri")) {
       table.refuse("uri", "is not needed, because the probe has a device: remove one of them");
@@ -130,7 +130,7 @@ void read_probes(SceneTable& root, Findings& findings, Scene& scene) {
                              .x_mm = 0.5 * skin.length_mm,
                              .y_mm = 0.5 * skin.width_mm};
   };
-  const Scene::OfProbe first_probe = scene.probes.front();
+  const Scene::ProbeSettings first_probe = scene.probes.front();
   const Indenter first_indenter = scene.model.indenters.front();
   std::size_t count = 0;
   for_each_table(root, "probe", findings, [&](const toml::table& table) {
@@ -169,7 +169,7 @@ void read_skin(SceneTable table, Findings& findings, SkinParameters& skin) {
       "layer_law",
       "no longer exists: skin on bone is always solved, as with \"exact\"; remove the key");
   for_each_table(table, "layer", findings, [&](const toml::table& layer) {
-    if (skin.layers.count == SkinLayers::kMost) {
+    if (skin.layers.count == SkinLayers::kMax) {
       findings.fail(layer.source(), "skin.layer may have at most 10 layers");
       return;
     }
@@ -258,7 +258,7 @@ Expected<void, ParameterError> check(const Scene& scene) {
   all.fields(accuracy_keys(copy)).also(scene.loop.check());
   // The positions of probes follow from the patches.
   for (PatchParameters& patch : copy.model.patches) all.fields(receptor_fields(patch));
-  for (const Scene::OfProbe& probe : scene.probes) all.fields(probe);
+  for (const Scene::ProbeSettings& probe : scene.probes) all.fields(probe);
   all.also(scene.encoding.check());
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const Indenter& tip = scene.model.indenters[i];
@@ -284,11 +284,11 @@ Expected<void, ParameterError> check(const Scene& scene) {
 }  // namespace
 
 Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
-  const OfProbe& of = probes[probe];
+  const ProbeSettings& of = probes[probe];
   auto source = DeviceUri::parse(of.device ? devices[*of.device].uri : of.uri);
   if (!source) return source;
   source->calibrations = {of.calibration};
-  ProbeChannels channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
+  ChannelSelection channels{.of = {of.depth, of.force, of.x, of.y}, .by_unit = {}};
   const Indenter& tip = model.indenters[probe];
   if (const TaxelArray* const taxels = tip.taxels(); taxels && source->parts.empty()) {
     channels.taxels = {.count = taxels->size(),
@@ -330,7 +330,7 @@ Expected<void, SetupError> Scene::set_probes(const std::vector<std::string>& uri
   probes.resize(uris.size(), probes.back());
   model.indenters.resize(uris.size(), model.indenters.back());
   for (std::size_t i = 0; i < uris.size(); ++i) {
-    OfProbe& probe = probes[i];
+    ProbeSettings& probe = probes[i];
     probe.uri = uris[i];
     probe.device.reset();
     for (std::string* const channel : {&probe.force, &probe.depth, &probe.x, &probe.y}) {
@@ -368,7 +368,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   Findings findings{.file = name, .error = {}, .line_of = {}};
   Scene scene = scene_of(*root, findings);
   read_shapes(name, shapes, findings, scene);
-  for (Scene::OfProbe& probe : scene.probes) {
+  for (Scene::ProbeSettings& probe : scene.probes) {
     if (!probe.calibration.empty()) probe.calibration = beside_scene(name, probe.calibration);
   }
   if (!findings.error.empty()) return bad_input(findings.error);

@@ -12,8 +12,8 @@
 #include "core/expected.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/limited_probe.hpp"
-#include "drivers/probes/probe_channels.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/scene/loop_settings.hpp"
 
@@ -28,10 +28,11 @@ struct Scene {
 
     [[nodiscard]] static FieldTable fields();
   };
-  struct OfProbe {
+  struct ProbeSettings {
     std::string uri;                    ///< empty: that of the device
     std::optional<std::size_t> device;  ///< number in `devices`
-    /// The channels of the device that are its readings, as ProbeChannels describes; empty: none.
+    /// The channels of the device that are its readings, as ChannelSelection describes; empty:
+    /// none.
     std::string force, depth, x, y;
     std::string calibration;     ///< file; empty: none
     std::string taxel_channels;  ///< how the names of an array's channels begin
@@ -46,7 +47,7 @@ struct Scene {
   TactileModel::Parameters model;
   EncodingParameters encoding;  ///< no electrodes: no stimulation commands
   std::vector<OfDevice> devices;
-  std::vector<OfProbe> probes;
+  std::vector<ProbeSettings> probes;
   std::vector<std::string> sinks;
   LoopSettings loop;
   /// Largest rms error of spike times; the plan chooses a method that meets it.

@@ -37,12 +37,12 @@ constexpr Field kPatch[] = {{"patch", "", any_value(),
                                return patch_choice(static_cast<Indenter*>(indenter)->patch);
                              },
                              "the first"}};
-constexpr Field kDevice[] = {{"device", "", any_value(),
-                              "name of the [[device]] that feeds the probe",
-                              [](void* probe) -> FieldPointer {
-                                return named_choice(static_cast<Scene::OfProbe*>(probe)->device);
-                              },
-                              "uri"}};
+constexpr Field kDevice[] = {
+    {"device", "", any_value(), "name of the [[device]] that feeds the probe",
+     [](void* probe) -> FieldPointer {
+       return named_choice(static_cast<Scene::ProbeSettings*>(probe)->device);
+     },
+     "uri"}};
 constexpr Field kElectrodePlace[] = {
     {"patch", "", any_value(), "name of the [[receptors]] that the field lies on",
      [](void* electrode) -> FieldPointer {
@@ -67,8 +67,8 @@ FieldTable Scene::OfDevice::fields() {
   return {"device", kFields};
 }
 
-FieldTable Scene::OfProbe::fields() {
-  using P = Scene::OfProbe;
+FieldTable Scene::ProbeSettings::fields() {
+  using P = Scene::ProbeSettings;
   static constexpr std::string_view kControls[] = {"depth", "force"};
   static constexpr std::string_view kZeros[] = {"track", "fixed", "start"};
   static constexpr std::string_view kDecimations[] = {"last", "mean"};

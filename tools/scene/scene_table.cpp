@@ -69,9 +69,8 @@ std::string_view read_value(const toml::node& node, const Field& field,
                             std::chrono::nanoseconds& value) {
   if (!node.is_number()) return "a number";
   const double ns = *node.value<double>() * nanoseconds_of_unit(field.unit);
-  constexpr double kLongest = 9e18;
-  value = std::chrono::nanoseconds{
-      std::isnan(ns) ? 0 : std::llround(std::clamp(ns, -kLongest, kLongest))};
+  constexpr double kMax = 9e18;
+  value = std::chrono::nanoseconds{std::isnan(ns) ? 0 : std::llround(std::clamp(ns, -kMax, kMax))};
   return {};
 }
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/parameters/range.hpp"
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/sessions/session_samples.hpp"
 #include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
@@ -19,7 +19,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostProbes = 64;
+constexpr std::size_t kMaxProbes = 64;
 /// Present in sessions that number the neurons consecutively through all patches.
 constexpr const char* kNumbering = "neuron_numbers";
 constexpr const char* kThroughPatches = "through all patches";
@@ -228,7 +228,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
                            session.facts(kShapeFact));
   if (!scene) return scene;
   const std::string controls = session.fact("controls");
-  if (controls.empty() || controls.size() > kMostProbes ||
+  if (controls.empty() || controls.size() > kMaxProbes ||
       controls.find_first_not_of("df") != std::string::npos) {
     return bad_input("the session lacks the channels of its probes: it is damaged");
   }

@@ -13,7 +13,7 @@ namespace {
 constexpr double kPixelsPerPart = 48.0;
 constexpr double kPixelsPerFeature = 24.0;
 constexpr int kRegionSamples = 128;  ///< of the gap, in each direction
-constexpr int kMostZooms = 12;
+constexpr int kMaxZooms = 12;
 constexpr double kZoomed = 0.7;  ///< a region that shrinks less is found
 /// Incompressible layers bulge into contact beside the part that lies below the depth.
 constexpr double kBulge = 1.1;
@@ -90,7 +90,7 @@ std::size_t pixels_over(double half_mm, double pixel_mm) noexcept {
 ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double receptor_depth_mm) {
   TouchingRegion region{
       .middle = {}, .half_width_mm = tip.half_width_mm, .half_length_mm = tip.half_length_mm};
-  for (int zoom = 0; zoom < kMostZooms; ++zoom) {
+  for (int zoom = 0; zoom < kMaxZooms; ++zoom) {
     const TouchingRegion closer = looked_at(tip, depth_mm, region);
     const bool found = closer.half_width_mm > kZoomed * region.half_width_mm &&
                        closer.half_length_mm > kZoomed * region.half_length_mm;
@@ -103,7 +103,7 @@ ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double rece
   const double coarsest = kCoarsestPixel * receptor_depth_mm;
   pixel = std::min(pixel, coarsest);
   const double area_mm2 = 4.0 * region.half_width_mm * region.half_length_mm;
-  pixel = std::max(pixel, std::sqrt(area_mm2 / kMostPixels));
+  pixel = std::max(pixel, std::sqrt(area_mm2 / kMaxPixels));
   const auto grid = [&](double pixel_mm) {
     return PixelGrid{.pixel_mm = pixel_mm,
                      .columns = pixels_over(region.half_width_mm, pixel_mm),

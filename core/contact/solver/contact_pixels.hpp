@@ -38,7 +38,7 @@ struct ContactPixels {
 
 /// Most pixels of a contact, fewest nodes per receptor depth, and the largest pixel, in depths of
 /// the receptors.
-inline constexpr double kMostPixels = 65536.0;
+inline constexpr double kMaxPixels = 65536.0;
 inline constexpr double kNodesPerDepth = 6.0;
 inline constexpr double kCoarsestPixel = 0.5;
 

@@ -16,14 +16,14 @@ namespace merkel {
 namespace {
 
 constexpr double kPixelsPerEllipse = 48.0;  ///< across
-constexpr double kLeastMargin_mm = 6.0;
-constexpr double kMostMargin_mm = 10.0;
-constexpr double kMostMarginNodes = 150.0;  ///< where nodes are close, a smaller margin
+constexpr double kMinMargin_mm = 6.0;
+constexpr double kMaxMargin_mm = 10.0;
+constexpr double kMaxMarginNodes = 150.0;  ///< where nodes are close, a smaller margin
 constexpr RigidContact::Accuracy kTableAccuracy{.tolerance = 7e-4, .most_iterations = 300};
 
 // Depths of tables.
 constexpr double kFirstTables = 6.0;
-constexpr std::size_t kMostTables = 48;
+constexpr std::size_t kMaxTables = 48;
 constexpr double kShallowest_mm = 0.02;
 constexpr double kForceMisfit = 0.006;
 constexpr double kStressMisfit = 0.01;
@@ -34,8 +34,8 @@ double press_square(double x) { return x * x; }
 std::size_t nodes_around(std::size_t contact, double node_mm) {
   const double half_mm = 0.5 * static_cast<double>(contact) * node_mm;
   std::size_t nodes =
-      pixels_over(half_mm + std::min(kLeastMargin_mm, kMostMarginNodes * node_mm), node_mm);
-  const std::size_t most = pixels_over(half_mm + kMostMargin_mm, node_mm);
+      pixels_over(half_mm + std::min(kMinMargin_mm, kMaxMarginNodes * node_mm), node_mm);
+  const std::size_t most = pixels_over(half_mm + kMaxMargin_mm, node_mm);
   const std::size_t room = padded_pixels(contact + nodes - 1);
   while (nodes + 2 <= most && contact + nodes + 1 <= room) nodes += 2;
   return nodes;
@@ -108,7 +108,7 @@ class Presser {
 PixelGrid nodes_of(const PressedTip& tip, double receptor_depth_mm) {
   const double node_mm =
       std::max(receptor_depth_mm / kNodesPerDepth,
-               std::sqrt(4.0 * tip.half_width_mm * tip.half_length_mm / kMostPixels));
+               std::sqrt(4.0 * tip.half_width_mm * tip.half_length_mm / kMaxPixels));
   return {.pixel_mm = node_mm,
           .columns = pixels_over(tip.half_width_mm, node_mm) + 6,
           .rows = pixels_over(tip.half_length_mm, node_mm) + 6};
@@ -275,7 +275,7 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
     };
     add(solved(depth_mm(k - 1.0)), solved(depth_mm(k)));
   }
-  while (!intervals.empty() && intervals.top().misfit > 1.0 && tables.size() < kMostTables) {
+  while (!intervals.empty() && intervals.top().misfit > 1.0 && tables.size() < kMaxTables) {
     const Interval worst = intervals.top();
     intervals.pop();
     add(worst.lower, worst.middle);

@@ -15,7 +15,7 @@ constexpr double kRimShift = 0.17453;
 /// Extra compliance of a rim pixel of half coverage, in pixels over E*.
 constexpr double kRimCompliance = 1.72164;
 /// Pixels that are covered less are left out; those that are covered more are whole.
-constexpr double kLeastCoverage = 0.01;
+constexpr double kMinCoverage = 0.01;
 
 /// How far the tip may reach into skin that carries nothing, in tolerances of the gap.
 constexpr double kReachTolerance = 10.0;
@@ -29,7 +29,7 @@ GridSpectrum surface_kernel(const LayeredMedium& medium, const PixelGrid& grid) 
 }
 
 bool bare(const HeightMap& map, std::size_t pixel) {
-  return std::isinf(map.height_mm[pixel]) || map.coverage[pixel] < kLeastCoverage;
+  return std::isinf(map.height_mm[pixel]) || map.coverage[pixel] < kMinCoverage;
 }
 
 /// Whether the tip ends, or drops, at one of the borders of a pixel inside the grid.
@@ -74,7 +74,7 @@ void RigidContact::set_gap(const HeightMap& gap) noexcept {
     for (std::size_t column = 0; column < grid_.columns; ++column) {
       const std::size_t i = row * grid_.columns + column;
       gap_[i] = bare(gap, i) ? std::numeric_limits<double>::infinity() : gap.height_mm[i];
-      const bool whole = gap.coverage[i] > 1.0 - kLeastCoverage;
+      const bool whole = gap.coverage[i] > 1.0 - kMinCoverage;
       compliance_[i] = 0.0;
       covered_[i] = 1.0;
       if (!gap.rims.empty() && gap.rims[i].known) {

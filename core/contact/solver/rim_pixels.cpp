@@ -10,12 +10,12 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kFinestRims = 8;  ///< pixels for one, in each direction
-constexpr double kMostRimPixels = 65536.0;
+constexpr double kMaxRimPixels = 65536.0;
 constexpr double kSmallerRimDepth = 0.4;  ///< of the larger one
 constexpr RigidContact::Accuracy kRimAccuracy{.tolerance = 2e-4, .most_iterations = 300};
 /// The pixel's own compliance is 1.12 pixels over E*; with the extra one, it stays positive.
-constexpr double kLeastCompliance = -0.45;
-constexpr double kMostCompliance = 30.0;
+constexpr double kMinCompliance = -0.45;
+constexpr double kMaxCompliance = 30.0;
 /// A pressure must grow by this factor between the two depths to give a line.
 constexpr double kRimGrowth = 1.05;
 /// A pixel whose heights differ by more than this, in pixels, is at a rim.
@@ -78,7 +78,7 @@ void sharpen_rims(const TipHeight& tip, const LayeredMedium& medium, double dept
                   HeightMap& map) {
   const PixelGrid& grid = map.grid;
   std::size_t factor = kFinestRims;
-  while (static_cast<double>(grid.pixels() * factor * factor) > kMostRimPixels) --factor;
+  while (static_cast<double>(grid.pixels() * factor * factor) > kMaxRimPixels) --factor;
   if (factor < 2) return;
   const HeightMap fine = height_map(tip, {.pixel_mm = grid.pixel_mm / static_cast<double>(factor),
                                           .columns = grid.columns * factor,
@@ -114,7 +114,7 @@ void sharpen_rims(const TipHeight& tip, const LayeredMedium& medium, double dept
     const bool line = small.pressure > 0.0 && large.pressure > kRimGrowth * small.pressure;
     const double slope = line ? (large.gap - small.gap) / (large.pressure - small.pressure)
                               : (large.gap - large.height) / large.pressure;
-    const double compliance = std::clamp(slope / unit, kLeastCompliance, kMostCompliance);
+    const double compliance = std::clamp(slope / unit, kMinCompliance, kMaxCompliance);
     map.rims[at] = {.known = true, .compliance = compliance, .x = large.x, .y = large.y};
     map.height_mm[at] = large.gap - compliance * unit * large.pressure;
     map.coverage[at] = 1.0;

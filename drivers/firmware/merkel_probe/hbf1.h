@@ -18,8 +18,8 @@ enum Unit : uint8_t { RAW = 0, NEWTON = 1, MILLIMETRE = 2, MICROMETRE = 3, CELSI
 const uint16_t kEdge = 1;  // code of an EVENT: the level of a sync line changes
 
 const size_t kHeader = 8;
-const size_t kLongestBody = 244;
-const size_t kLongestName = 64;  // longer names are truncated
+const size_t kMaxBody = 244;
+const size_t kMaxName = 64;  // longer names are truncated
 
 // A channel of the samples, or several like ones: {PRESSURE, INT16, KILOPASCAL, 0.01f, 0, 16, "taxel"} are taxel1 to taxel16.
 struct Channel {
@@ -44,7 +44,7 @@ inline uint16_t crc16(const uint8_t* bytes, size_t count) {
 class Encoder {
  public:
   size_t frame(Type type, uint32_t time_us, const void* body, size_t length, uint8_t* wire) {
-    uint8_t bytes[kHeader + kLongestBody + 2];
+    uint8_t bytes[kHeader + kMaxBody + 2];
     bytes[0] = (uint8_t)(1 << 4 | type);
     bytes[1] = 0;
     memcpy(bytes + 2, &sequence_, 2);
@@ -89,7 +89,7 @@ class Hello {
     }
   }
 
-  // Writes the body of the next frame, at most kLongestBody bytes. Returns its length.
+  // Writes the body of the next frame, at most kMaxBody bytes. Returns its length.
   size_t next(uint8_t* body) {
     if (entry_ == entries_) return 0;
     size_t n = 0;
@@ -100,8 +100,8 @@ class Hello {
     n += text(serial_number_, body + n);
     n += text(firmware_, body + n);
     if (named_) body[n++] = first_;
-    const size_t longest = named_ ? 13 + kLongestName : 11;
-    while (entry_ < entries_ && n + longest <= kLongestBody) {
+    const size_t longest = named_ ? 13 + kMaxName : 11;
+    while (entry_ < entries_ && n + longest <= kMaxBody) {
       const Channel& channel = channels_[entry_++];
       body[n++] = channel.kind;
       body[n++] = channel.format;
@@ -120,7 +120,7 @@ class Hello {
  private:
   static size_t text(const char* text, uint8_t* out) {
     const size_t whole = strlen(text);
-    const size_t length = whole < kLongestName ? whole : kLongestName;
+    const size_t length = whole < kMaxName ? whole : kMaxName;
     out[0] = (uint8_t)length;
     memcpy(out + 1, text, length);
     return 1 + length;

@@ -84,7 +84,7 @@ static void sync() {
 }
 
 static void hello() {
-  uint8_t body[hbf1::kLongestBody];
+  uint8_t body[hbf1::kMaxBody];
   hbf1::Hello list(serial_number, firmware, rate_hz, channels, kChannels);
   while (const size_t length = list.next(body)) send(hbf1::HELLO, micros(), body, length);
   last_hello_ms = millis();

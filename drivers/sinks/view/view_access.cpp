@@ -13,7 +13,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kFewestViews = 8;
+constexpr std::size_t kMinViews = 8;
 
 bool is_address(const std::string& host) {
   const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
@@ -36,7 +36,7 @@ bool is_name_of_this_machine(const std::string& host) {
 std::size_t most_view_sockets(std::size_t most) noexcept {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return most;
-  return std::clamp<std::size_t>(limit.rlim_cur / 4, kFewestViews, most);
+  return std::clamp<std::size_t>(limit.rlim_cur / 4, kMinViews, most);
 }
 
 bool may_view(std::string_view host, std::optional<std::string_view> origin, bool loopback_only) {

@@ -12,14 +12,14 @@ namespace http = beast::http;
 namespace net = boost::asio;
 namespace websocket = beast::websocket;
 
-constexpr std::size_t kMostWaitingFrames = 2;
-constexpr std::size_t kLongestRequest = 1024;  ///< from a browser
-constexpr std::chrono::seconds kStalled{20};   ///< limit for a browser that reads nothing
+constexpr std::size_t kMaxWaitingFrames = 2;
+constexpr std::size_t kMaxRequest = 1024;     ///< from a browser
+constexpr std::chrono::seconds kStalled{20};  ///< limit for a browser that reads nothing
 
 }  // namespace
 
-ViewClient::ViewClient(net::ip::tcp::socket socket, ViewRoom& room, bool steers)
-    : socket_(std::move(socket)), room_(room), most_waiting_(kMostWaitingFrames), steers_(steers) {
+ViewClient::ViewClient(net::ip::tcp::socket socket, ViewServerState& room, bool steers)
+    : socket_(std::move(socket)), room_(room), most_waiting_(kMaxWaitingFrames), steers_(steers) {
   // Frames queued in the kernel are out of date: keep its buffer short.
   boost::system::error_code ignored;
   beast::get_lowest_layer(socket_).socket().set_option(net::socket_base::send_buffer_size(1 << 17),
@@ -29,13 +29,13 @@ ViewClient::ViewClient(net::ip::tcp::socket socket, ViewRoom& room, bool steers)
 void ViewClient::accept(const http::request<http::empty_body>& request) {
   beast::get_lowest_layer(socket_).expires_never();
   socket_.set_option(websocket::stream_base::timeout::suggested(beast::role_type::server));
-  socket_.read_message_max(kLongestRequest);
+  socket_.read_message_max(kMaxRequest);
   socket_.auto_fragment(false);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
     if (error) return;
     self->room_.clients.insert(self);
     self->waiting_.assign(self->room_.history.begin(), self->room_.history.end());
-    self->most_waiting_ = self->waiting_.size() + kMostWaitingFrames;
+    self->most_waiting_ = self->waiting_.size() + kMaxWaitingFrames;
     self->write_hello();
     self->read();
   });
@@ -96,7 +96,7 @@ void ViewClient::write() {
   begin_writing();
   current_ = std::move(waiting_.front());
   waiting_.pop_front();
-  most_waiting_ = std::max(waiting_.size() + kMostWaitingFrames, kMostWaitingFrames);
+  most_waiting_ = std::max(waiting_.size() + kMaxWaitingFrames, kMaxWaitingFrames);
   std::memcpy(prefix_.data(), &dropped_, sizeof dropped_);
   socket_.binary(true);
   const std::array<net::const_buffer, 2> parts = {net::buffer(prefix_), net::buffer(*current_)};

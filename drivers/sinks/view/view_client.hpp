@@ -13,7 +13,7 @@
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/websocket.hpp>
 
-#include "drivers/sinks/view/view_room.hpp"
+#include "drivers/sinks/view/view_server_state.hpp"
 
 namespace merkel {
 
@@ -22,7 +22,7 @@ namespace merkel {
 class ViewClient : public std::enable_shared_from_this<ViewClient> {
  public:
   /// \param room  outlives the client.  \param steers  true if the browser has sent the token
-  ViewClient(boost::asio::ip::tcp::socket socket, ViewRoom& room, bool steers);
+  ViewClient(boost::asio::ip::tcp::socket socket, ViewServerState& room, bool steers);
 
   /// Answers the request to upgrade, sends the scene and the room's history, and joins the room.
   void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);
@@ -44,7 +44,7 @@ class ViewClient : public std::enable_shared_from_this<ViewClient> {
   void leave() { room_.clients.erase(shared_from_this()); }
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
-  ViewRoom& room_;
+  ViewServerState& room_;
   boost::beast::flat_buffer input_;
   std::deque<ViewFrame> waiting_;
   std::size_t most_waiting_;

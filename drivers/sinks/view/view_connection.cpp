@@ -69,10 +69,10 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
 
 }  // namespace
 
-ViewConnection::ViewConnection(tcp::socket socket, ViewRoom& room)
+ViewConnection::ViewConnection(tcp::socket socket, ViewServerState& room)
     : stream_(std::move(socket)), room_(room) {
   place_ = room_.unserved.insert(room_.unserved.end(), this);
-  parser_.header_limit(kLongestRequest);
+  parser_.header_limit(kMaxRequest);
   parser_.body_limit(0);
 }
 
@@ -104,7 +104,7 @@ void ViewConnection::answer() {
   const std::string_view target = view_of(request.target());
   const bool socket = target.substr(0, target.find('?')) == "/socket";
   if (allowed && socket && websocket::is_upgrade(request) &&
-      room_.clients.size() < std::min(ViewRoom::kMostClients, room_.most_sockets / 2)) {
+      room_.clients.size() < std::min(ViewServerState::kMaxClients, room_.most_sockets / 2)) {
     const bool steers = has_view_token(target, room_.token);
     std::make_shared<ViewClient>(stream_.release_socket(), room_, steers)->accept(request);
     return;

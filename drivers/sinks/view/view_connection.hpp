@@ -12,17 +12,17 @@
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/string_body.hpp>
 
-#include "drivers/sinks/view/view_room.hpp"
+#include "drivers/sinks/view/view_server_state.hpp"
 
 namespace merkel {
 
 /// One HTTP request: answered with a file of the page, or passed to a ViewClient. Thread: server.
 class ViewConnection : public std::enable_shared_from_this<ViewConnection> {
  public:
-  static constexpr std::size_t kLongestRequest = 8192;
+  static constexpr std::size_t kMaxRequest = 8192;
 
   /// \param room  outlives the connection
-  ViewConnection(boost::asio::ip::tcp::socket socket, ViewRoom& room);
+  ViewConnection(boost::asio::ip::tcp::socket socket, ViewServerState& room);
   ViewConnection(const ViewConnection&) = delete;
   ViewConnection& operator=(const ViewConnection&) = delete;
   ~ViewConnection();
@@ -35,10 +35,10 @@ class ViewConnection : public std::enable_shared_from_this<ViewConnection> {
   void answer();
 
   boost::beast::tcp_stream stream_;
-  ViewRoom& room_;
+  ViewServerState& room_;
   std::list<ViewConnection*>::iterator place_;
   bool listed_ = true;
-  boost::beast::flat_buffer input_{kLongestRequest};
+  boost::beast::flat_buffer input_{kMaxRequest};
   boost::beast::http::request_parser<boost::beast::http::empty_body> parser_;
   boost::beast::http::response<boost::beast::http::string_body> response_;
 };

@@ -17,11 +17,11 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr nanoseconds kPointEvery{4'000'000};
-constexpr std::size_t kMostPoints = 2000;
-constexpr std::size_t kMostSpikes = 20'000;
-constexpr std::size_t kMostWatchedSamples = 40'000;
-constexpr std::size_t kLongestNews = 16'384;
-constexpr std::size_t kMostStates = 16;  ///< probes that fit into the states of a point
+constexpr std::size_t kMaxPoints = 2000;
+constexpr std::size_t kMaxSpikes = 20'000;
+constexpr std::size_t kMaxWatchedSamples = 40'000;
+constexpr std::size_t kMaxNews = 16'384;
+constexpr std::size_t kMaxStates = 16;  ///< probes that fit into the states of a point
 constexpr double kBinsPerDecade = 8.0;
 
 void append_float(std::string& bytes, double value) {
@@ -74,7 +74,7 @@ void ViewFrames::add(const RecordBatch& batch) {
 }
 
 void ViewFrames::add(const SpikeEvent& spike) {
-  if (spikes_.size() == kMostSpikes) {
+  if (spikes_.size() == kMaxSpikes) {
     ++skipped_;
     return;
   }
@@ -114,14 +114,14 @@ void ViewFrames::add(const TaxelBlock& block) {
 
 void ViewFrames::add_point(nanoseconds time) {
   next_point_ = time + kPointEvery;
-  if (points_.size() == kMostPoints) {
+  if (points_.size() == kMaxPoints) {
     ++skipped_;
     return;
   }
   Point point{.time = time, .states = 0};
   for (std::size_t i = 0; i < probes_.size(); ++i) {
     Probe& probe = probes_[i];
-    if (i < kMostStates) point.states |= static_cast<std::uint32_t>(probe.worst) << (2 * i);
+    if (i < kMaxStates) point.states |= static_cast<std::uint32_t>(probe.worst) << (2 * i);
     probe.worst = probe.state;
     point_values_.push_back(static_cast<float>(probe.press.contact.depth_mm));
     point_values_.push_back(static_cast<float>(probe.press.contact.force_mN));
@@ -149,7 +149,7 @@ void ViewFrames::add(const SyncEdge& edge) {
 }
 
 void ViewFrames::add(const NeuronSample& sample) {
-  if (watched_.size() < kMostWatchedSamples) {
+  if (watched_.size() < kMaxWatchedSamples) {
     watched_.push_back(sample);
   } else {
     ++skipped_;
@@ -191,7 +191,7 @@ void ViewFrames::add_notice(std::string_view sentence) {
 
 void ViewFrames::add_news(const nlohmann::json& event) {
   const std::string json = json_line(event);
-  if (news_.size() + json.size() > kLongestNews) {
+  if (news_.size() + json.size() > kMaxNews) {
     ++skipped_;
     return;
   }

@@ -6,7 +6,7 @@
 namespace merkel {
 namespace {
 
-constexpr double kLongestSession_s = 1e7;
+constexpr double kMaxSession_s = 1e7;
 
 /// Removes the next word from a text and returns it.
 std::string_view take_word(std::string_view& text) {
@@ -28,7 +28,7 @@ std::optional<ViewRequest> watch(std::string_view words) {
   ViewRequest request{.kind = ViewRequest::Kind::kWatch};
   for (auto word = take_word(words); !word.empty(); word = take_word(words)) {
     const auto neuron = number_of<std::uint32_t>(word);
-    if (!neuron || request.neurons.size() == ViewRequest::kMostWatched) return std::nullopt;
+    if (!neuron || request.neurons.size() == ViewRequest::kMaxWatched) return std::nullopt;
     request.neurons.push_back(*neuron);
   }
   return request;
@@ -37,7 +37,7 @@ std::optional<ViewRequest> watch(std::string_view words) {
 /// A label on one line: control characters become spaces.
 std::optional<ViewRequest> mark(std::string_view words) {
   if (words.starts_with(' ')) words.remove_prefix(1);
-  if (words.empty() || words.size() > ViewRequest::kLongestLabel) return std::nullopt;
+  if (words.empty() || words.size() > ViewRequest::kMaxLabel) return std::nullopt;
   ViewRequest request{.kind = ViewRequest::Kind::kMark, .label = std::string(words)};
   for (char& c : request.label) {
     const auto byte = static_cast<unsigned char>(c);
@@ -63,7 +63,7 @@ std::optional<ViewRequest> ViewRequest::parse(std::string_view text) {
   if (verb == "record" && word == "stop") return ViewRequest{.kind = Kind::kRecordStop};
   if (verb == "seek") {
     const auto time_s = number_of<double>(word);
-    if (!time_s || !(*time_s >= 0.0 && *time_s <= kLongestSession_s)) return std::nullopt;
+    if (!time_s || !(*time_s >= 0.0 && *time_s <= kMaxSession_s)) return std::nullopt;
     return ViewRequest{.kind = Kind::kSeek, .time_s = *time_s};
   }
   if (verb == "stop" && word.empty()) return ViewRequest{.kind = Kind::kStop};

@@ -11,9 +11,9 @@ namespace merkel {
 
 /// A request of a page to its run: one line of text.
 ///
-///   watch [NEURON]…         send drive and potential of these afferents, at most kMostWatched
+///   watch [NEURON]…         send drive and potential of these afferents, at most kMaxWatched
 ///   tare PROBE | all        tare a probe, or all of them; probes count from 0
-///   mark LABEL              mark this instant with a label of at most kLongestLabel bytes
+///   mark LABEL              mark this instant with a label of at most kMaxLabel bytes
 ///   record start | stop     record a session
 ///   stop | start            stop stimulation; start it again
 ///   seek SECONDS            replay only: go to a time
@@ -31,8 +31,8 @@ struct ViewRequest {
     kPause,
     kPlay
   };
-  static constexpr std::size_t kMostWatched = 4;
-  static constexpr std::size_t kLongestLabel = 200;
+  static constexpr std::size_t kMaxWatched = 4;
+  static constexpr std::size_t kMaxLabel = 200;
   static constexpr std::uint32_t kAllProbes = UINT32_MAX;
 
   Kind kind = Kind::kWatch;

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostReceptors = 15'000;  ///< most receptors sent per patch
+constexpr std::size_t kMaxDrawnReceptors = 15'000;  ///< most receptors sent per patch
 
 /// Rounded to 0.01 mm, finer than a screen pixel.
 double place(double mm) { return std::round(mm * 100.0) / 100.0; }
@@ -30,7 +30,7 @@ Json json_of(const PatchParameters& parameters) {
   const PatchLayout layout = layout_of(parameters).value_or(PatchLayout{});
   const std::vector<Receptor>& receptors = layout.receptors;
   // Evenly thinned out if there are too many for a picture.
-  const std::size_t stride = receptors.size() / kMostReceptors + 1;
+  const std::size_t stride = receptors.size() / kMaxDrawnReceptors + 1;
   Json dots = Json::array();
   for (std::size_t i = 0; i < receptors.size(); i += stride) {
     dots.push_back({place(receptors[i].x_mm), place(receptors[i].y_mm), receptors[i].neuron});

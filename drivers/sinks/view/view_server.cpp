@@ -16,7 +16,7 @@
 #include "drivers/sinks/view/view_access.hpp"
 #include "drivers/sinks/view/view_client.hpp"
 #include "drivers/sinks/view/view_connection.hpp"
-#include "drivers/sinks/view/view_room.hpp"
+#include "drivers/sinks/view/view_server_state.hpp"
 
 namespace merkel {
 namespace {
@@ -100,7 +100,8 @@ class ViewServer::Thread {
         timer_.async_wait([this](beast::error_code) { accept(); });
         return;
       }
-      if (room_.unserved.size() >= std::min(ViewRoom::kMostUnserved, room_.most_sockets / 2)) {
+      if (room_.unserved.size() >=
+          std::min(ViewServerState::kMaxUnserved, room_.most_sockets / 2)) {
         room_.unserved.front()->displace();
       }
       std::make_shared<ViewConnection>(std::move(socket), room_)->serve();
@@ -128,7 +129,7 @@ class ViewServer::Thread {
     timer_.async_wait([this, deadline](beast::error_code) { await_departures(deadline); });
   }
 
-  ViewRoom room_;  // outlives the context, whose pending work refers to it
+  ViewServerState room_;  // outlives the context, whose pending work refers to it
   net::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   net::steady_timer timer_{context_};

@@ -7,8 +7,8 @@
 #include "core/units.hpp"
 #include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/view/view_desk.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
+#include "drivers/sinks/view/view_request_handler.hpp"
 #include "drivers/sinks/view/view_scene.hpp"
 #include "drivers/sinks/view/view_server.hpp"
 
@@ -20,8 +20,9 @@ using std::chrono::steady_clock;
 /// The live page: sends the run's state to every open browser about 25 times a second.
 class ViewSink final : public Sink {
  public:
-  ViewSink(std::string uri, std::string address, ViewFrames frames, std::shared_ptr<ViewDesk> desk,
-           std::unique_ptr<ViewServer> server, std::chrono::nanoseconds period)
+  ViewSink(std::string uri, std::string address, ViewFrames frames,
+           std::shared_ptr<ViewRequestHandler> desk, std::unique_ptr<ViewServer> server,
+           std::chrono::nanoseconds period)
       : uri_(std::move(uri)),
         address_(std::move(address)),
         frames_(std::move(frames)),
@@ -88,7 +89,7 @@ class ViewSink final : public Sink {
   std::string uri_;
   std::string address_;
   ViewFrames frames_;
-  std::shared_ptr<ViewDesk> desk_;
+  std::shared_ptr<ViewRequestHandler> desk_;
   std::unique_ptr<ViewServer> server_;  ///< destroyed before the desk that it uses
   steady_clock::duration period_;
   steady_clock::time_point next_{};
@@ -123,7 +124,7 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
   const std::string token = steers ? random_token() : "";
-  auto desk = std::make_shared<ViewDesk>(setup, steers);
+  auto desk = std::make_shared<ViewRequestHandler>(setup, steers);
   ViewScene scene(setup, steers);
   auto server = ViewServer::start(
       {.host = address->host,

@@ -43,7 +43,7 @@ TEST(SkinParameters, StiffenWithTheMeanPressureOfAPress) {
     EXPECT_NEAR(stiffening, 1.0 + stiffening * rest_kPa / 10.5, 1e-12);
     EXPECT_NEAR(skin.stiffening_under(1.0, stiffening * rest_kPa), stiffening, 1e-12);
   }
-  EXPECT_EQ(skin.stiffening_at(1.0, 100.0), SkinParameters::kMostStiffening);
+  EXPECT_EQ(skin.stiffening_at(1.0, 100.0), SkinParameters::kMaxStiffening);
   const auto both = SkinParameters{.stiffening_mm = 1.0, .stiffening_kPa = 1.0}.check();
   ASSERT_FALSE(both);
   EXPECT_EQ(both.error().key, "skin.stiffening_kPa");

@@ -39,9 +39,9 @@ constexpr unsigned kDeviceNumber = 1U << 16U | 2U;
 constexpr unsigned kHighSpeed = 3;
 constexpr std::uint32_t kHidEndpoint = 1;
 constexpr std::uint32_t kBulkEndpoint = 2;
-constexpr std::size_t kMostPending = 1 << 16;
+constexpr std::size_t kMaxPending = 1 << 16;
 constexpr unsigned kMeasuresAReport = 4;
-constexpr std::size_t kMostReports = 8;
+constexpr std::size_t kMaxReports = 8;
 
 enum Command : std::uint32_t { kSubmit = 1, kUnlink = 2, kSubmitted = 3, kUnlinked = 4 };
 
@@ -250,7 +250,7 @@ class VirtualDevice {
       outgoing_.erase(outgoing_.begin(), end);
       request = pending_.erase(request);
     }
-    if (outgoing_.size() > kMostPending) outgoing_.clear();
+    if (outgoing_.size() > kMaxPending) outgoing_.clear();
     return true;
   }
 
@@ -276,7 +276,7 @@ class VirtualDevice {
         report.push_back(static_cast<std::uint8_t>(word >> shift));
       }
     }
-    if (reports_.size() == kMostReports) reports_.pop_front();
+    if (reports_.size() == kMaxReports) reports_.pop_front();
     reports_.push_back(report);
   }
 

@@ -35,7 +35,7 @@ Readings read_from(Probe& probe, std::size_t count, std::vector<std::string>* no
 
 DeviceUri device_of(const std::string& uri, const std::vector<std::string>& parts) {
   DeviceUri device{.uri = uri};
-  for (const std::string& part : parts) device.parts.push_back(*ProbeChannels::parse(part));
+  for (const std::string& part : parts) device.parts.push_back(*ChannelSelection::parse(part));
   return device;
 }
 
@@ -72,7 +72,7 @@ TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
       .uri = uri_of(printer, "taxel_Pa*36"),
   });
   ASSERT_TRUE(probe) << probe.error().sentence;
-  EXPECT_EQ((*probe)->info().extra_columns.size(), ProbeColumns::kMostFurther);
+  EXPECT_EQ((*probe)->info().extra_columns.size(), ProbeColumns::kMaxFurther);
   EXPECT_EQ((*probe)->info().extra_columns.front(), "taxel1_kPa");
   const auto notices = (*probe)->take_notices();
   ASSERT_EQ(notices.size(), 1U);
@@ -155,10 +155,10 @@ TEST(DeviceOutputs, RefusalsNameTheChannels) {
 
 TEST(DeviceOutputs, ChannelsAreReadAsTheyAreWritten) {
   for (const char* const text : {"force=thumb_N,x=2", "thumb_N", "depth=1,force=2,x=3,y=4"}) {
-    const auto channels = ProbeChannels::parse(text);
+    const auto channels = ChannelSelection::parse(text);
     ASSERT_TRUE(channels) << channels.error();
-    EXPECT_EQ(ProbeChannels::parse(channels->text())->of, channels->of);
-    EXPECT_EQ(ProbeChannels::parse(channels->text())->by_unit, channels->by_unit);
+    EXPECT_EQ(ChannelSelection::parse(channels->text())->of, channels->of);
+    EXPECT_EQ(ChannelSelection::parse(channels->text())->by_unit, channels->by_unit);
   }
   EXPECT_EQ(DeviceUri::parse("serial:/dev/x?protocol=csv#thumb_N")->parts.size(), 1U);
   for (const char* const whole : {"replay:run#2.csv", "replay:a#b/t.csv", "fused:a:b#c|d:e"}) {

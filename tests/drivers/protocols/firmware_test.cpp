@@ -80,7 +80,7 @@ TEST(Firmware, FramesAreTheHosts) {
   Hbf1Decoder decoder;
   decoder.reset(false);
   for (std::uint16_t round = 0; round < 2000; ++round) {
-    Bytes body(random.next() % (hbf1::kLongestBody + 1));
+    Bytes body(random.next() % (hbf1::kMaxBody + 1));
     for (auto& byte : body) byte = static_cast<std::uint8_t>(random.next() % 3U * 85U);
     std::uint8_t wire[260];
     const std::size_t length =
@@ -299,7 +299,7 @@ TEST(Firmware, AListOfChannelsOfAnyLengthIsSentWhole) {
     hbf1::Hello list(serial_number.c_str(), "f", 1000, channels.data(), channels.size());
     Hbf1Hello hello;
     bool complete = false;
-    std::uint8_t body[hbf1::kLongestBody];
+    std::uint8_t body[hbf1::kMaxBody];
     while (const std::size_t length = list.next(body)) {
       EXPECT_FALSE(complete);
       ASSERT_LE(length, sizeof body);

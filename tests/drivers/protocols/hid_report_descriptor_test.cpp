@@ -157,7 +157,7 @@ TEST(HidReportDescriptor, DamagedDescriptorsNeverLeadBeyondAReport) {
     if (!report.empty() && map->report_id != 0) report[0] = map->report_id;
     for (const HidField& field : map->fields) {
       ASSERT_GE(field.bits, 1U);
-      ASSERT_LE(field.bits, HidFieldMap::kMostBits);
+      ASSERT_LE(field.bits, HidFieldMap::kMaxBits);
       ASSERT_LE(field.offset + field.bits, HidFieldMap::kLastBit);
     }
     for (const DeviceReading& reading : read(*map, {report}).readings) {

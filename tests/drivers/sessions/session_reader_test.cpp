@@ -632,7 +632,7 @@ TEST(SessionReader, SurvivesAnyBytesAndHandsOutPossibleValuesOnly) {
     }
     for (const SpikeEvent& spike : all.spikes) EXPECT_GT(spike.neuron, 0U);
     for (const auto& each : all.frames) {
-      EXPECT_LE(each.frame.content().size(), RawFrame::kMostBytes);
+      EXPECT_LE(each.frame.content().size(), RawFrame::kMaxBytes);
       EXPECT_LE(each.frame.kind, RawFrame::Kind::kStarted);
     }
   }

@@ -73,7 +73,7 @@ TEST(ViewRequest, RefusesEverythingElse) {
                                  "HOLD"}) {
     EXPECT_FALSE(ViewRequest::parse(text)) << text;
   }
-  EXPECT_FALSE(ViewRequest::parse("mark " + std::string(ViewRequest::kLongestLabel + 1, 'x')));
+  EXPECT_FALSE(ViewRequest::parse("mark " + std::string(ViewRequest::kMaxLabel + 1, 'x')));
 }
 
 TEST(ViewRequest, ALabelIsOneLine) {
@@ -90,7 +90,7 @@ TEST(ViewRequest, TakesAnyBytes) {
     }
     const auto request = ViewRequest::parse(text);
     if (request) {
-      EXPECT_LE(request->neurons.size(), ViewRequest::kMostWatched);
+      EXPECT_LE(request->neurons.size(), ViewRequest::kMaxWatched);
     }
   }
 }

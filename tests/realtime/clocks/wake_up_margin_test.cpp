@@ -38,7 +38,7 @@ TEST(WakeUpMargin, LeavesHalfOfEveryPeriodToSleep) {
         WakeUpMargin margin(of);
         for (int i = 0; i < 1000; ++i) {
           EXPECT_LE(margin.margin(), of / 2);
-          EXPECT_LE(margin.margin(), WakeUpMargin::kMost);
+          EXPECT_LE(margin.margin(), WakeUpMargin::kMax);
           margin.add(latency);
         }
       }

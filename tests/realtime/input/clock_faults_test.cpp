@@ -8,8 +8,8 @@
 #include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/reading_times.hpp"
-#include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 namespace {
@@ -39,7 +39,7 @@ Outcome touch(double rate_Hz, const FaultyClock& clock,
   Random random(5);
   ReadingTimes times(rule);
   times.set_wrap(microseconds{std::int64_t{1} << 32U});
-  ProbeChannel channel(100'000);
+  ProbeQueue channel(100'000);
   ProbeInput input(channel, {.stale_after = std::max<nanoseconds>(
                                  milliseconds{50}, units::nanoseconds_from_s(3.0 / rate_Hz))});
   const nanoseconds delay = units::nanoseconds_from_s(2.5 / rate_Hz);
@@ -141,7 +141,7 @@ Outcome touch_under_load(double share_of_stalls, double rate_Hz, const FaultyClo
   Random random(seed);
   ReadingTimes times(ReadingTimes::Rule::kMapped);
   times.set_wrap(microseconds{std::int64_t{1} << 32U});
-  ProbeChannel channel(100'000);
+  ProbeQueue channel(100'000);
   ProbeInput input(channel, {.stale_after = milliseconds{100}});
   const nanoseconds delay = milliseconds{260};
   const nanoseconds start = seconds{1000};

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 namespace {
@@ -31,7 +31,7 @@ class ProbeInputTest : public testing::Test {
     EXPECT_EQ(reading.state, state) << "at " << time_ms << " ms";
   }
 
-  ProbeChannel channel_{1000};
+  ProbeQueue channel_{1000};
   ProbeInput input_{channel_, {.stale_after = ms(50), .x_mm = 15.0, .y_mm = 10.0}};
 };
 
@@ -48,7 +48,7 @@ TEST_F(ProbeInputTest, InterpolatesBetweenTheSamplesAroundTheTime) {
 }
 
 TEST(ProbeInputTaxels, FollowTheRuleOfTheContact) {
-  ProbeChannel channel{100, 2};
+  ProbeQueue channel{100, 2};
   ProbeInput input{channel, {.stale_after = ms(5)}};
   const auto arrives = [&](double time_ms, std::vector<float> taxels) {
     const ProbeSample sample{.time = ms(time_ms),
@@ -88,7 +88,7 @@ class ProbeInputMean : public testing::Test {
     EXPECT_EQ(reading.state, state) << "at " << time_ms << " ms";
   }
 
-  ProbeChannel channel_{100, 1};
+  ProbeQueue channel_{100, 1};
   ProbeInput input_{channel_, {.stale_after = ms(5), .decimate = ProbeInput::Decimate::kMean}};
 };
 
@@ -135,7 +135,7 @@ TEST_F(ProbeInputMean, AReleasedProbeHasNoMean) {
 }
 
 TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
-  ProbeChannel channel{4, 3};
+  ProbeQueue channel{4, 3};
   const std::vector<float> row(3, 1.0F);
   std::size_t taken = 0;
   while (channel.try_push({.time = ms(static_cast<double>(taken))}, row)) ++taken;
@@ -146,7 +146,7 @@ TEST(ProbeInputTaxels, AFullQueueOfRowsRefusesTheSample) {
 }
 
 TEST(ProbeInputForce, ASampleBelowTheThresholdDoesNotPress) {
-  ProbeChannel channel{100};
+  ProbeQueue channel{100};
   ProbeInput input{channel, {.interpolate = false, .contact = {.contact_N = 0.01}}};
   const double forces_mN[] = {3.0, -3.0, 12.0};
   const double pressing_mN[] = {0.0, -3.0, 12.0};
@@ -165,7 +165,7 @@ TEST(ProbeInputForce, ASampleBelowTheThresholdDoesNotPress) {
 }
 
 TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
-  ProbeChannel channel(8);
+  ProbeQueue channel(8);
   ProbeInput input{channel, {.interpolate = false}};
   const double forces_mN[] = {0.0, 5.0, 5.0, 5.0, 0.0, 5.0};
   const std::int64_t touches_ms[] = {0, 0, 1, 2, 0, 0};
@@ -179,7 +179,7 @@ TEST(ProbeInputForce, TheLengthOfItsTouchIsKnown) {
 }
 
 TEST(ProbeInputForce, MayBeInverted) {
-  ProbeChannel channel{10};
+  ProbeQueue channel{10};
   ProbeInput input{channel, {.contact = {.invert_force = true}}};
   ASSERT_TRUE(channel.try_push({.force_mN = -590.0, .channels = ProbeSample::kForce}));
   EXPECT_EQ(input.at(nanoseconds{0}).contact.force_mN, 590.0);
@@ -233,7 +233,7 @@ TEST_F(ProbeInputTest, AContactSpansAGapThatIsJustWithinTheValidity) {
 }
 
 TEST(ProbeInput, HoldsASampleUpToTheEndOfItsOwnValidity) {
-  ProbeChannel channel(1000);
+  ProbeQueue channel(1000);
   ProbeInput input(channel, {});
   ASSERT_TRUE(
       channel.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth, .valid_for = ms(20)}));
@@ -247,7 +247,7 @@ TEST(ProbeInput, HoldsASampleUpToTheEndOfItsOwnValidity) {
 }
 
 TEST(ProbeInput, HoldsTheLastSampleWithoutValidityFor50MsAfterTheEnd) {
-  ProbeChannel channel(1000);
+  ProbeQueue channel(1000);
   ProbeInput input(channel, {});
   ASSERT_TRUE(channel.try_push({.depth_mm = 1.0, .channels = ProbeSample::kDepth}));
   // Before the end, it holds without limit.

@@ -10,7 +10,7 @@
 #include "core/math/random.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "tests/realtime/clocks/scripted_clock.hpp"
 
@@ -276,7 +276,7 @@ class LiveRun {
 
  private:
   TactileModel& model_;
-  ProbeChannel channel_{10'000};
+  ProbeQueue channel_{10'000};
   Fanout fanout_;
   ConsumerChannel* channel_of_records_;
   BoundedQueue<LoopEvent> events_{1000};
@@ -365,7 +365,7 @@ TEST(DelayControl, NoWalkOfTheDelayChangesAnInputOrASpike) {
 
 TEST(DelayControl, IsAtOnceWhatIsNeededWhileTheStartIsCaughtUp) {
   for (const bool catches_up : {false, true}) {
-    ProbeChannel channel{16};
+    ProbeQueue channel{16};
     std::vector<ProbeInput> inputs{ProbeInput(channel, {})};
     inputs[0].measure_delay();
     for (int k = 0; k < 1000; ++k) {
@@ -381,7 +381,7 @@ TEST(DelayControl, IsAtOnceWhatIsNeededWhileTheStartIsCaughtUp) {
 }
 
 TEST(DelayControl, NeverStopsTheTicksAndNeverRunsThemBackToBack) {
-  ProbeChannel channel{10'000};
+  ProbeQueue channel{10'000};
   std::vector<ProbeInput> inputs{ProbeInput(channel, {})};
   inputs[0].measure_delay();
   std::atomic<std::int64_t> delay_ns{2'000'000};

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
-#include "realtime/input/probe_channel.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "tests/realtime/clocks/scripted_clock.hpp"
 
 namespace merkel {
@@ -67,7 +67,7 @@ class FixedStepLoopTest : public testing::Test {
   static nanoseconds on_time(nanoseconds until) { return until; }
 
   TactileModel model_ = *TactileModel::create({});
-  ProbeChannel channel_{100'000};
+  ProbeQueue channel_{100'000};
   std::vector<ProbeSample> scheduled_;
   Fanout fanout_;
   LoopStatistics statistics_;

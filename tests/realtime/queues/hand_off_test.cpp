@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
-#include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/input/probe_queue.hpp"
 #include "realtime/queues/reading_ring.hpp"
 #include "tests/realtime/queues/hand_off_model.hpp"
 
@@ -56,7 +56,7 @@ TEST(HandOff, EveryPartOfTheProtocolIsNeeded) {
 TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     constexpr int kSamples = 2000;
-    ProbeChannel channel(64);
+    ProbeQueue channel(64);
     std::jthread writer([&channel, seed] {
       Random random(seed);
       for (int k = 1; k <= kSamples; ++k) {

@@ -38,7 +38,7 @@ int watch_while_stopped() {
 TEST(StallWatch, NoticesThatTheCoreDidNotRunTheProcess) {
   bool permitted = false;
   std::thread([&] { permitted = set_up_watch_thread({}, 0); }).join();
-  if (!permitted || std::thread::hardware_concurrency() > StallWatch::kMostCores) {
+  if (!permitted || std::thread::hardware_concurrency() > StallWatch::kMaxCores) {
     GTEST_SKIP() << "needs the right to SCHED_FIFO, and few cores";
   }
   const pid_t child = ::fork();

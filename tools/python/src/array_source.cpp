@@ -83,7 +83,7 @@ std::vector<nanoseconds> times_of(const Channel& time_s, std::optional<double> r
   std::vector<nanoseconds> times(count);
   for (std::size_t i = 0; i < count; ++i) {
     times[i] = rate_hz ? nanoseconds{std::llround(static_cast<double>(i) * 1e9 / *rate_hz)}
-                       : units::nanoseconds_from_s(time_s.at(i, 0, kLongest_s));
+                       : units::nanoseconds_from_s(time_s.at(i, 0, kMax_s));
     if (i > 0 && times[i] <= times[i - 1]) {
       throw Error(
           "time_s[" + std::to_string(i) + "] is " + shortest_decimal(units::s_from(times[i])) +

@@ -12,7 +12,7 @@
 namespace merkel::python {
 
 /// The largest time; the difference of any two fits into 64-bit nanoseconds.
-inline constexpr double kLongest_s = 4e9;
+inline constexpr double kMax_s = 4e9;
 
 /// The press of one probe in memory: a recording that was never a file.
 class ArraySource final : public SampleSource {

@@ -28,8 +28,8 @@ namespace {
 
 namespace py = pybind11;
 
-constexpr double kMostBins = 1e8;
-constexpr double kShortestRun_s = 1e-6;
+constexpr double kMaxBins = 1e8;
+constexpr double kMinRun_s = 1e-6;
 
 double time_s_of(const SpikeRow& spike) { return spike.get<double>("time_ns"); }
 std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>("neuron"); }
@@ -88,7 +88,7 @@ std::string failure_of(const Expected<RunReport, SetupError>& report) {
 
 std::optional<std::chrono::nanoseconds> duration_of(std::optional<double> duration_s) {
   if (!duration_s) return std::nullopt;
-  if (!(*duration_s >= kShortestRun_s && *duration_s <= kLongest_s)) {
+  if (!(*duration_s >= kMinRun_s && *duration_s <= kMax_s)) {
     throw Error("duration_s must be a number of seconds from 1e-6 to 4e9, but is " +
                 shortest_decimal(*duration_s));
   }
@@ -195,7 +195,7 @@ py::array_t<double> RunObject::times(std::uint32_t neuron) const {
 }
 
 std::size_t RunObject::bins(double bin_s) const {
-  if (!(bin_s > 0.0) || !(duration_s / bin_s <= kMostBins)) {
+  if (!(bin_s > 0.0) || !(duration_s / bin_s <= kMaxBins)) {
     throw Error("bin_s must be a positive number of seconds and give at most 1e8 bins, but is " +
                 shortest_decimal(bin_s));
   }

@@ -43,11 +43,11 @@ StreamObject::StreamObject(Scene scene, double max_gap_s)
       max_gap_s_(max_gap_s),
       last_s_(scene_.probes.size()),
       started_(scene_.probes.size(), false) {
-  if (!(max_gap_s_ > 0.0 && max_gap_s_ <= 2.0 * kLongest_s)) {
+  if (!(max_gap_s_ > 0.0 && max_gap_s_ <= 2.0 * kMax_s)) {
     throw Error("max_gap_s must be a positive number of seconds up to 8e9, but is " +
                 shortest_decimal(max_gap_s_));
   }
-  for (const Scene::OfProbe& probe : scene_.probes) {
+  for (const Scene::ProbeSettings& probe : scene_.probes) {
     channels_.push_back(probe.control == Indenter::Control::kForce
                             ? std::uint32_t{ProbeSample::kForce}
                             : std::uint32_t{ProbeSample::kDepth});
@@ -121,7 +121,7 @@ auto StreamObject::interruptible(const Call& call) {
 
 py::tuple StreamObject::push(double time_s, const Reading& reading, std::size_t probe) {
   const Use use(used_);
-  if (!(std::fabs(time_s) <= kLongest_s)) {
+  if (!(std::fabs(time_s) <= kMax_s)) {
     throw Error("time_s must be a finite number of seconds within ±4e9");
   }
   ProbeSample sample;

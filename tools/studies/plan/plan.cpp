@@ -25,7 +25,7 @@ namespace {
 constexpr std::chrono::nanoseconds kReferenceStep{2'500};
 /// RK4 step with an error below 2 ns: the remaining error is the tick's.
 constexpr std::chrono::nanoseconds kFineStep{12'500};
-constexpr std::chrono::nanoseconds kShortestTick{60'000};
+constexpr std::chrono::nanoseconds kMinTick{60'000};
 constexpr std::int64_t kReferenceTicks = 16;  ///< fewest reference ticks per tick of the scene
 
 /// The longest divisor of an interval that is at most `most`.
@@ -39,7 +39,7 @@ std::chrono::nanoseconds part_of(std::chrono::nanoseconds whole, std::chrono::na
 /// The scene's tick, half of it, and so on.
 std::vector<std::chrono::nanoseconds> ticks_of(std::chrono::nanoseconds tick) {
   std::vector<std::chrono::nanoseconds> ticks{tick};
-  while (ticks.back().count() % 2 == 0 && ticks.back() / 2 >= kShortestTick) {
+  while (ticks.back().count() % 2 == 0 && ticks.back() / 2 >= kMinTick) {
     ticks.push_back(ticks.back() / 2);
   }
   return ticks;

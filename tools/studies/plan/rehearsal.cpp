@@ -7,13 +7,13 @@
 
 #include "core/parameters/range.hpp"
 #include "drivers/probes/open_probe.hpp"
-#include "realtime/input/probe_channel.hpp"
 #include "realtime/input/probe_input.hpp"
+#include "realtime/input/probe_queue.hpp"
 
 namespace merkel {
 namespace {
 
-constexpr std::chrono::seconds kLongestSilence{60};
+constexpr std::chrono::seconds kMaxSilence{60};
 constexpr std::chrono::milliseconds kBeforeTouch{20};
 
 /// Simulates what a device would send.
@@ -48,7 +48,7 @@ std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(
         recorded.taxels.push_back(static_cast<float>(kPa));
       }
       if (!touched && touches(*sample)) touched = sample->time;
-      const auto end = touched ? *touched + most : all.front().sample.time + kLongestSilence;
+      const auto end = touched ? *touched + most : all.front().sample.time + kMaxSilence;
       if (sample->time > end) return all;
     }
   }
@@ -94,12 +94,12 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
 }
 
 Rehearsal ProbeRecording::at(std::chrono::nanoseconds tick) const {
-  std::vector<std::unique_ptr<ProbeChannel>> channels;
+  std::vector<std::unique_ptr<ProbeQueue>> channels;
   std::vector<ProbeInput> inputs;
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const std::size_t taxels = samples_[i].empty() ? 0 : samples_[i].front().taxels.size();
     auto& channel =
-        channels.emplace_back(std::make_unique<ProbeChannel>(samples_[i].size() + 1, taxels));
+        channels.emplace_back(std::make_unique<ProbeQueue>(samples_[i].size() + 1, taxels));
     for (const Recorded& each : samples_[i]) {
       static_cast<void>(channel->try_push(each.sample, each.taxels));
     }

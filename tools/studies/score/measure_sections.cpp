@@ -38,9 +38,9 @@ PinArray read_array(JsonFields& fields, double background_mm) {
                  "must be at least probe_diameter_mm: pins do not overlap");
   }
   const double pins = fields.number("pins", static_cast<double>(array.pins));
-  if (pins != std::floor(pins) || pins < 1.0 || pins > static_cast<double>(PinArray::kMostPins)) {
+  if (pins != std::floor(pins) || pins < 1.0 || pins > static_cast<double>(PinArray::kMaxPins)) {
     refuse_field(fields.full("pins"),
-                 "must be a whole number from 1 to " + std::to_string(PinArray::kMostPins));
+                 "must be a whole number from 1 to " + std::to_string(PinArray::kMaxPins));
   }
   array.pins = static_cast<std::size_t>(pins);
   array.background_mm = background_mm;

@@ -48,7 +48,7 @@ struct PinArray {
   double spacing_mm = 0.89;
   double background_mm = 1.6;  ///< depth of all pins
 
-  static constexpr std::size_t kMostPins = 400;
+  static constexpr std::size_t kMaxPins = 400;
   friend bool operator==(const PinArray&, const PinArray&) = default;
 };
 

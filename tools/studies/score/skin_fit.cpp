@@ -13,7 +13,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kFewest = 4;
+constexpr std::size_t kMinSamples = 4;
 
 /// ∫ F dd along samples by the trapezoidal rule, mN·mm.
 double work_of(const std::vector<ForceAtDepth>& samples) {
@@ -42,7 +42,7 @@ struct StiffeningLaw {
   /// The moduli over those at rest. The recording may show skin that softens: b < 0.
   [[nodiscard]] Eigen::ArrayXd growth(double p, double b) const {
     if (!by_pressure) return (b * depth_mm).array().exp();
-    return (1.0 - b * rest_kPa(p)).max(1.0 / SkinParameters::kMostStiffening).inverse();
+    return (1.0 - b * rest_kPa(p)).max(1.0 / SkinParameters::kMaxStiffening).inverse();
   }
   [[nodiscard]] Eigen::VectorXd force_mN(double p, double b) const {
     return std::exp(p) * shape_mm2.array() * growth(p, b);
@@ -159,10 +159,11 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
     if (sample->depth_mm > 0.0) fit.loading.push_back(*sample);
   }
   fit.samples = fit.loading.size();
-  if (fit.samples < kFewest) {
+  if (fit.samples < kMinSamples) {
     return bad_input("the press has " + std::to_string(fit.samples) +
                      " samples in contact before its deepest point, but a fit needs " +
-                     std::to_string(kFewest) + ": record at a higher rate, or press more slowly");
+                     std::to_string(kMinSamples) +
+                     ": record at a higher rate, or press more slowly");
   }
   fit.deepest_mm = deepest->depth_mm;
 
@@ -216,7 +217,7 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   fit.r2 = 1.0 - squares / (force.array() - force.mean()).square().sum();
 
   const std::vector<ForceAtDepth> back(deepest, press.end());
-  fit.unloaded = back.size() > kFewest && back.back().depth_mm < 0.5 * fit.deepest_mm;
+  fit.unloaded = back.size() > kMinSamples && back.back().depth_mm < 0.5 * fit.deepest_mm;
   if (fit.unloaded) {
     const double loading = work_of(fit.loading);
     fit.hysteresis = (loading + work_of(back)) / loading;

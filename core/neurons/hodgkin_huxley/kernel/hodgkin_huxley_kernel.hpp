@@ -89,10 +89,10 @@ void reset_neuron(const HodgkinHuxleyArguments<Real>& a, std::size_t neuron) noe
 /// An explicit Runge-Kutta method in which each stage depends only on the previous one: forward
 /// Euler, Heun and the classical fourth-order method.
 struct RungeKuttaScheme {
-  static constexpr int kMostStages = 4;
+  static constexpr int kMaxStages = 4;
   int stages = 1;
-  double time[kMostStages] = {0.0, 0.0, 0.0, 0.0};    ///< of each stage within the step
-  double weight[kMostStages] = {1.0, 0.0, 0.0, 0.0};  ///< of each stage's slopes in the result
+  double time[kMaxStages] = {0.0, 0.0, 0.0, 0.0};    ///< of each stage within the step
+  double weight[kMaxStages] = {1.0, 0.0, 0.0, 0.0};  ///< of each stage's slopes in the result
 };
 
 /// Memory for the stages of a Runge-Kutta step: as long as the neurons' arrays.

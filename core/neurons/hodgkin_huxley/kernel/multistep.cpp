@@ -21,7 +21,7 @@ namespace HWY_NAMESPACE {
 
 /// f of the last three steps of one variable. f of the current step replaces the oldest.
 template <class D, int kCount>
-struct Past {
+struct DerivativeHistory {
   using Real = hn::TFromD<D>;
   using Math = SideBySide<D, kCount>;
   using X = VectorPack<D, kCount>;
@@ -29,7 +29,8 @@ struct Past {
   /// The coefficient of f in x in the middle of the step: 13/24 − 3/16.
   static constexpr double kImplicit = 17.0 / 48;
 
-  HWY_INLINE Past(const HodgkinHuxleyArguments<Real>& a, int variable, std::size_t i, int step) {
+  HWY_INLINE DerivativeHistory(const HodgkinHuxleyArguments<Real>& a, int variable, std::size_t i,
+                               int step) {
     const auto number = a.call.steps_before + static_cast<std::uint64_t>(step);
     oldest = a.history->of(variable, number) + i;
     f1 = Math::load(a.history->of(variable, number + 2) + i);
@@ -100,7 +101,7 @@ struct Multistep {
     using Math = SideBySide<D, kCount>;
     using Neurons = RightHandSide<D, kCount>;
     using X = VectorPack<D, kCount>;
-    using History = Past<D, kCount>;
+    using History = DerivativeHistory<D, kCount>;
 
     static HWY_INLINE GateSteps<X> gate_steps(const Arguments& a, const Constants&, std::size_t i,
                                               int step, const RateFractions<X>& rates) {

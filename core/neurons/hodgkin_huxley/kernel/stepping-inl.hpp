@@ -24,12 +24,12 @@ namespace HWY_NAMESPACE {
 template <int kCount>
 using Vectors = std::integral_constant<int, kCount>;
 
-/// Calls work(Vectors<kMost>(), i) for i in [begin, end); at the end, one vector at a time.
-template <int kMost, class D, class Work>
+/// Calls work(Vectors<kMax>(), i) for i in [begin, end); at the end, one vector at a time.
+template <int kMax, class D, class Work>
 HWY_INLINE void for_each_pack(D d, std::size_t begin, std::size_t end, const Work& work) {
   const std::size_t lanes = hn::Lanes(d);
   std::size_t i = begin;
-  for (; i + (kMost - 1) * lanes < end; i += kMost * lanes) work(Vectors<kMost>(), i);
+  for (; i + (kMax - 1) * lanes < end; i += kMax * lanes) work(Vectors<kMax>(), i);
   for (; i < end; i += lanes) work(Vectors<1>(), i);
 }
 

@@ -1,6 +1,6 @@
 // The connection to the program: connects, reconnects, and sends the page's requests.
 
-const kFirstWait_ms = 500, kLongestWait_ms = 4000;
+const kFirstWait_ms = 500, kMaxWait_ms = 4000;
 
 /// The token of the printed address; kept for reloads and removed from the address bar.
 function takeToken() {
@@ -41,7 +41,7 @@ export class Connection {
     this.socket.onclose = () => {
       this.handlers.state('lost');
       setTimeout(() => this.#connect(), this.wait_ms);
-      this.wait_ms = Math.min(this.wait_ms * 1.5, kLongestWait_ms);
+      this.wait_ms = Math.min(this.wait_ms * 1.5, kMaxWait_ms);
     };
   }
 }

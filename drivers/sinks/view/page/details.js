@@ -3,8 +3,8 @@ import { context } from './canvas.js';
 import { css, kPins } from './colours.js';
 import { placeOf } from './skin_layout.js';
 
-export const kMostPins = 4;
-const kIntervalBins = 24, kLongest_ms = 240, kCaption = 13;
+export const kMaxPins = 4;
+const kIntervalBins = 24, kMax_ms = 240, kCaption = 13;
 
 export class Details {
   /// \param changed  called with the chosen afferents after each change
@@ -29,7 +29,7 @@ export class Details {
     const at = this.chosen.findIndex((each) => each.afferent === afferent);
     if (at >= 0) { if (!this.chosen[at].pinned) this.chosen.splice(at, 1); } else {
       this.chosen = this.chosen.filter((each) => each.pinned);
-      if (this.chosen.length === kMostPins) this.chosen.pop();
+      if (this.chosen.length === kMaxPins) this.chosen.pop();
       this.chosen.push({ afferent, pinned: false });
     }
     this.#rebuild();
@@ -154,7 +154,7 @@ export class Details {
     for (let i = 1; i < spikes.length; ++i) {
       const ms = (spikes[i] - spikes[i - 1]) * 1e3;
       all.push(ms);
-      if (ms < kLongest_ms) ++bins[Math.floor(ms / kLongest_ms * kIntervalBins)];
+      if (ms < kMax_ms) ++bins[Math.floor(ms / kMax_ms * kIntervalBins)];
     }
     const most = Math.max(1, ...bins), foot = 13;
     c.fillStyle = colour;
@@ -163,6 +163,6 @@ export class Details {
     all.sort((a, b) => a - b);
     this.#caption(c, all.length ? `median ${all[all.length >> 1].toFixed(0)} ms` : 'intervals', x, y + 2);
     this.#caption(c, '0', x, y + h - foot + 2);
-    this.#caption(c, `${kLongest_ms} ms`, x + w, y + h - foot + 2, 'right');
+    this.#caption(c, `${kMax_ms} ms`, x + w, y + h - foot + 2, 'right');
   }
 }

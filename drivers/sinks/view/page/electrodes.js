@@ -6,8 +6,8 @@ import { Columns, kKept_s } from './history.js';
 const kPulses_s = 0.5;   // pulses are counted over so long
 const kLane = { least: 5, most: 14, all: 84 };    // heights in CSS pixels
 const kLegible = 11;     // height of a lane with room for its name
-const kLongest_s = 0.2;  // an amplitude without a frame is not drawn for longer
-const kMostSteps = 500;  // of a lane in one picture
+const kMax_s = 0.2;  // an amplitude without a frame is not drawn for longer
+const kMaxSteps = 500;  // of a lane in one picture
 
 export class Electrodes {
   /// \param lanes  canvas of the courses; its figure is hidden without electrodes
@@ -69,7 +69,7 @@ export class Electrodes {
     const { course, lane } = this, { c, width } = context(this.lanes);
     const left = margins.left, w = Math.max(10, Math.min(margins.width, width - left));
     const first = course.firstAfter(time.from), last = course.firstAfter(time.to + 1e-9);
-    const stride = Math.max(1, Math.ceil((last - first) / kMostSteps));
+    const stride = Math.max(1, Math.ceil((last - first) / kMaxSteps));
     const x = (t) => left + Math.max(0, (t - time.from) / time.seconds) * w;
     const bar = css('--bar'), bad = css('--bad');
     this.scene.electrodes.forEach(({ name, amplitude_uA }, i) => {
@@ -78,7 +78,7 @@ export class Electrodes {
         let most = 0, off = false;
         for (let j = k; j < Math.min(k + stride, last); ++j) { most = Math.max(most, amplitudes[j]); off ||= amplitudes[j] < 0; }
         if (most <= 0 && !off) continue;
-        const before = k > course.begin ? Math.max(course.t[k - 1], course.t[k] - kLongest_s) : course.t[k];
+        const before = k > course.begin ? Math.max(course.t[k - 1], course.t[k] - kMax_s) : course.t[k];
         const from = Math.round(x(before)), to = Math.round(x(course.t[Math.min(k + stride, last) - 1]));
         c.globalAlpha = off && most <= 0 ? 1 : 0.15 + 0.85 * Math.min(1, most / amplitude_uA[1]);
         c.fillStyle = off && most <= 0 ? bad : bar;

@@ -5,7 +5,7 @@ import { ActiveFields, drawResting, traceField } from './fields.js';
 import { afferentAt, layOut, placeOf } from './skin_layout.js';
 
 const kReceptorsFrom = 14;   // pixels per mm
-const kMostZoom = 40;
+const kMaxZoom = 40;
 const kFound_px = 14;        // radius of the ring that marks a contact too small to see
 
 export class Finger {
@@ -44,7 +44,7 @@ export class Finger {
 
   zoomBy(factor, x = sizeOf(this.canvas).width / 2, y = sizeOf(this.canvas).height / 2) {
     const before = this.at(x, y);
-    this.view.zoom = Math.min(kMostZoom, Math.max(1, this.view.zoom * factor));
+    this.view.zoom = Math.min(kMaxZoom, Math.max(1, this.view.zoom * factor));
     if (this.view.zoom === 1) { this.resetZoom(); return; }
     const { width, height } = sizeOf(this.canvas);
     this.#measure(width, height);

@@ -1,7 +1,7 @@
 // The data that the page has received and kept, ordered by time.
 
 export const kKept_s = 61;
-const kMostRows = 1 << 22;
+const kMaxRows = 1 << 22;
 
 /// Columns of numbers; the first one, t, never decreases. Old rows are dropped from the front.
 export class Columns {
@@ -39,8 +39,8 @@ export class Columns {
   }
   discardBefore(t) { this.begin = this.firstAfter(t); }
   #makeRoom(count) {
-    if (this.length + count > kMostRows) this.begin += kMostRows >> 2;
-    const grow = this.begin < this.t.length / 2 && this.t.length < kMostRows;
+    if (this.length + count > kMaxRows) this.begin += kMaxRows >> 2;
+    const grow = this.begin < this.t.length / 2 && this.t.length < kMaxRows;
     for (const name of this.names) {
       const kept = this[name].subarray(this.begin, this.end);
       if (grow) { const more = new this[name].constructor(2 * this.t.length); more.set(kept); this[`${name}_`] = more; }

@@ -1,6 +1,6 @@
 // Spike rates over the last half second.
 
-const kWindow_s = 0.5, kShortest_s = 0.04;
+const kWindow_s = 0.5, kMin_s = 0.04;
 const kScaleEnds = [50, 75, 100, 150, 200, 300, 400, 600, 800];    // Hz: few, so that colours keep their meaning
 
 export class Rates {
@@ -12,7 +12,7 @@ export class Rates {
   }
 
   update(history, now) {
-    const { counts, hz } = this, seconds = Math.min(kWindow_s, Math.max(now, kShortest_s));
+    const { counts, hz } = this, seconds = Math.min(kWindow_s, Math.max(now, kMin_s));
     history.counts(now - kWindow_s, now, counts);
     let most = 0, total = 0, active = 0;
     for (let i = 0; i < counts.length; ++i) {

@@ -1,7 +1,7 @@
 // Plays spikes as clicks, of the chosen afferents or of all. Silent until switched on.
 
 const kAhead_s = 0.08;      // delay of the sound after the page: covers the frames' jitter
-const kLongest_s = 0.5;     // longest frame that is played: not a burst of history
+const kMax_s = 0.5;     // longest frame that is played: not a burst of history
 
 export class Sound {
   constructor() { this.on = false; this.all = true; this.volume = 0.3; this.clicks = 0; }
@@ -31,7 +31,7 @@ export class Sound {
 
   /// Plays all clicks of a frame as one buffer, so that thousands of spikes cost as much as one.
   play(frame, chosen) {
-    if (!this.on || !frame.spikes.t.length || frame.t - frame.from > kLongest_s) return;
+    if (!this.on || !frame.spikes.t.length || frame.t - frame.from > kMax_s) return;
     const rate = this.audio.sampleRate, length = Math.ceil((frame.t - frame.from) * rate) + this.click.length;
     const buffer = this.audio.createBuffer(1, length, rate), samples = buffer.getChannelData(0);
     const wanted = this.all ? null : new Set(chosen);

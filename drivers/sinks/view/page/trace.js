@@ -4,7 +4,7 @@ import { css } from './colours.js';
 import { drawSpans } from './raster.js';
 
 const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
-const kMostPoints = 2400;    // for all curves together
+const kMaxPoints = 2400;    // for all curves together
 
 /// A line as in the plot, and the name of its probe.
 function curveOf(probe, i) {
@@ -99,7 +99,7 @@ export class Trace {
     // The columns of the points have the order of the series: time, then depth and force of each probe.
     const first = points.firstAfter(time.from), last = points.firstAfter(time.to + 1e-9);
     const curves = 2 * this.scene.probes.length;
-    const size = Math.ceil(2 * (last - first) * curves / kMostPoints);    // rows per bucket
+    const size = Math.ceil(2 * (last - first) * curves / kMaxPoints);    // rows per bucket
     const buckets = [];
     // Buckets begin at multiples of their size, so that they scroll with the curves.
     for (let from = first, to; size > 2 && from < last; from = to) {

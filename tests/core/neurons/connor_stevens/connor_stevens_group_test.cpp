@@ -79,13 +79,13 @@ TEST(ConnorStevensGroup, FiftyMicrosecondsAreWithinAThirdOfAPercentOfTwenty) {
   }
 }
 
-struct Made {
+struct NoisyRun {
   std::vector<SpikeEvent> spikes;
   std::vector<double> potentials;
-  bool operator==(const Made&) const = default;
+  bool operator==(const NoisyRun&) const = default;
 };
 
-Made noisy_run(std::size_t count, int steps_a_call, int steps, WorkerTeam* team = nullptr) {
+NoisyRun noisy_run(std::size_t count, int steps_a_call, int steps, WorkerTeam* team = nullptr) {
   ConnorStevensGroup neurons({.step = microseconds{50}}, count);
   std::vector<double> current(count);
   for (std::size_t n = 0; n < count; ++n) current[n] = 7.0 + static_cast<double>(n % 50);
@@ -94,18 +94,18 @@ Made noisy_run(std::size_t count, int steps_a_call, int steps, WorkerTeam* team 
     neurons.advance(current, current, steps_a_call, done * microseconds{50}, spikes, team);
   }
   spikes.sort();
-  Made made{.spikes = {spikes.events().begin(), spikes.events().end()}, .potentials = {}};
+  NoisyRun made{.spikes = {spikes.events().begin(), spikes.events().end()}, .potentials = {}};
   for (std::size_t n = 0; n < count; ++n) made.potentials.push_back(neurons.potential_mV(n));
   return made;
 }
 
 TEST(ConnorStevensGroup, GivesTheSameBitsOnEveryInstructionSet) {
-  const Made made = on_every_simd_target([] { return noisy_run(53, 20, 6000); });
+  const NoisyRun made = on_every_simd_target([] { return noisy_run(53, 20, 6000); });
   EXPECT_GT(made.spikes.size(), 500U);
 }
 
 TEST(ConnorStevensGroup, GivesTheSameBitsInChunksOfAnySizeAndOnAnyTeam) {
-  const Made made = noisy_run(53, 1, 4000);
+  const NoisyRun made = noisy_run(53, 1, 4000);
   EXPECT_TRUE(made == noisy_run(53, 20, 4000));
   EXPECT_TRUE(made == noisy_run(53, 500, 4000));
   SerialTeam team(3);

@@ -1,4 +1,4 @@
-#include "tools/run/afferent_table.hpp"
+#include "tools/run/afferent_summary.hpp"
 
 #include <algorithm>
 #include <cmath>

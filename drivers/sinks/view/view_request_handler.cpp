@@ -1,4 +1,4 @@
-#include "drivers/sinks/view/view_desk.hpp"
+#include "drivers/sinks/view/view_request_handler.hpp"
 
 #include <iterator>
 #include <utility>
@@ -6,28 +6,28 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kMostNotices = 64;
-constexpr std::size_t kMostTared = 64;  ///< probes of a scene
+constexpr std::size_t kMaxNotices = 64;
+constexpr std::size_t kMaxTared = 64;  ///< probes of a scene
 
 }  // namespace
 
-ViewDesk::ViewDesk(const SinkSetup& setup, bool steers)
+ViewRequestHandler::ViewRequestHandler(const SinkSetup& setup, bool steers)
     : recording_(setup.recording), session_(setup.session) {
   if (steers && recording_) recording_->offer();
 }
 
-void ViewDesk::attach(RunControl& control) {
+void ViewRequestHandler::attach(RunControl& control) {
   const std::lock_guard lock(mutex_);
   control_.store(&control);
   if (!watched_.empty()) control.watch(watched_);
 }
 
-void ViewDesk::notice(std::string sentence) {
+void ViewRequestHandler::notice(std::string sentence) {
   const std::lock_guard lock(mutex_);
-  if (notices_.size() < kMostNotices) notices_.push_back(std::move(sentence));
+  if (notices_.size() < kMaxNotices) notices_.push_back(std::move(sentence));
 }
 
-std::vector<std::string> ViewDesk::take_notices() {
+std::vector<std::string> ViewRequestHandler::take_notices() {
   std::vector<std::string> all;
   {
     const std::lock_guard lock(mutex_);
@@ -39,17 +39,17 @@ std::vector<std::string> ViewDesk::take_notices() {
   return all;
 }
 
-void ViewDesk::watch(const std::vector<std::uint32_t>& neurons) {
+void ViewRequestHandler::watch(const std::vector<std::uint32_t>& neurons) {
   const std::lock_guard lock(mutex_);
   watched_ = neurons;
   if (RunControl* const control = control_.load()) control->watch(watched_);
 }
 
-void ViewDesk::tare(std::uint32_t probe) {
+void ViewRequestHandler::tare(std::uint32_t probe) {
   RunControl* const control = control_.load();
   if (probe == ViewRequest::kAllProbes) {
     bool any = false;
-    for (std::size_t i = 0; control != nullptr && i < kMostTared; ++i) {
+    for (std::size_t i = 0; control != nullptr && i < kMaxTared; ++i) {
       any = control->tare(i) || any;
     }
     if (!any) return notice("no probe can be tared: all are recordings or simulations");
@@ -62,30 +62,30 @@ void ViewDesk::tare(std::uint32_t probe) {
   mark("tare " + name);
 }
 
-void ViewDesk::mark(std::string label) {
+void ViewRequestHandler::mark(std::string label) {
   RunControl* const control = control_.load();
   if (control == nullptr) return notice("cannot set a mark: no run is active");
   control->mark({.time = std::chrono::nanoseconds{newest_ns_.load(std::memory_order_relaxed)},
                  .label = std::move(label)});
 }
 
-void ViewDesk::record(bool on) {
+void ViewRequestHandler::record(bool on) {
   if (!recording_) return notice("cannot record: this is not a live run");
   recording_->request(on);
 }
 
-StimulationSwitch* ViewDesk::stimulation() const noexcept {
+StimulationSwitch* ViewRequestHandler::stimulation() const noexcept {
   if (session_) return &session_->stimulation;
   RunControl* const control = control_.load();
   return control != nullptr ? &control->stimulation() : nullptr;
 }
 
-bool ViewDesk::stopped() const noexcept {
+bool ViewRequestHandler::stopped() const noexcept {
   const StimulationSwitch* const of_run = stimulation();
   return of_run != nullptr && of_run->stopped() != StimulationSwitch::By::kNone;
 }
 
-void ViewDesk::set_stimulation(bool on) {
+void ViewRequestHandler::set_stimulation(bool on) {
   StimulationSwitch* const of_run = stimulation();
   if (of_run == nullptr) return notice("stimulation has not begun: no run is active");
   if (on) {
@@ -95,7 +95,7 @@ void ViewDesk::set_stimulation(bool on) {
   }
 }
 
-void ViewDesk::carry_out(const ViewRequest& request) {
+void ViewRequestHandler::carry_out(const ViewRequest& request) {
   using Kind = ViewRequest::Kind;
   switch (request.kind) {
     case Kind::kWatch:

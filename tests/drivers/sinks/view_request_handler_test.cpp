@@ -1,4 +1,4 @@
-#include "drivers/sinks/view/view_desk.hpp"
+#include "drivers/sinks/view/view_request_handler.hpp"
 
 #include <cstdint>
 #include <span>
@@ -31,8 +31,8 @@ ViewRequest watch(std::vector<std::uint32_t> neurons) {
 }
 
 // The page is served before the run can be steered, and a browser may be that quick.
-TEST(ViewDesk, NeuronsChosenBeforeTheRunExistsAreWatched) {
-  ViewDesk desk(SinkSetup{}, false);
+TEST(ViewRequestHandler, NeuronsChosenBeforeTheRunExistsAreWatched) {
+  ViewRequestHandler desk(SinkSetup{}, false);
   desk.carry_out(watch({1, 2}));
   desk.carry_out(watch({8, 13}));
   WatchedRun run;
@@ -42,12 +42,12 @@ TEST(ViewDesk, NeuronsChosenBeforeTheRunExistsAreWatched) {
   EXPECT_EQ(run.watched.back(), std::vector<std::uint32_t>{});
 }
 
-TEST(ViewDesk, AnyPageStopsStimulationAndOnlyOneWithTheTokenStartsIt) {
+TEST(ViewRequestHandler, AnyPageStopsStimulationAndOnlyOneWithTheTokenStartsIt) {
   const auto stop = *ViewRequest::parse("stop");
   const auto start = *ViewRequest::parse("start");
   EXPECT_FALSE(stop.steers());
   EXPECT_TRUE(start.steers());
-  ViewDesk desk(SinkSetup{}, false);
+  ViewRequestHandler desk(SinkSetup{}, false);
   EXPECT_FALSE(desk.stopped());
   WatchedRun run;
   desk.attach(run);
@@ -59,17 +59,17 @@ TEST(ViewDesk, AnyPageStopsStimulationAndOnlyOneWithTheTokenStartsIt) {
   EXPECT_EQ(run.stimulation_switch.stopped(), StimulationSwitch::By::kNone);
 }
 
-TEST(ViewDesk, AStopInAPlayedSessionStopsThePlayedCommands) {
+TEST(ViewRequestHandler, AStopInAPlayedSessionStopsThePlayedCommands) {
   SinkSetup setup;
   setup.session = std::make_shared<SessionPosition>();
-  ViewDesk desk(setup, false);
+  ViewRequestHandler desk(setup, false);
   desk.carry_out({.kind = ViewRequest::Kind::kStop});
   EXPECT_EQ(setup.session->stimulation.stopped(), StimulationSwitch::By::kPage);
   EXPECT_TRUE(desk.stopped());
 }
 
-TEST(ViewDesk, WatchesNothingUnasked) {
-  ViewDesk desk(SinkSetup{}, false);
+TEST(ViewRequestHandler, WatchesNothingUnasked) {
+  ViewRequestHandler desk(SinkSetup{}, false);
   WatchedRun run;
   desk.attach(run);
   EXPECT_TRUE(run.watched.empty());

@@ -16,10 +16,10 @@
 namespace merkel {
 
 /// Executes the requests of pages and keeps the answers until the next frame. Thread: any.
-class ViewDesk {
+class ViewRequestHandler {
  public:
   /// \param steers  whether pages may control the run
-  ViewDesk(const SinkSetup& setup, bool steers);
+  ViewRequestHandler(const SinkSetup& setup, bool steers);
 
   /// Pages may already have chosen neurons to watch; they are passed on.
   /// \param control  must outlive the use of the desk

@@ -19,10 +19,10 @@ class ViewConnection;
 using ViewFrame = std::shared_ptr<const std::string>;
 
 /// State shared by the clients of the live page. Thread: server.
-struct ViewRoom {
-  static constexpr std::size_t kMostClients = 64;
-  static constexpr std::size_t kMostUnserved = 32;  ///< connections without a request so far
-  static constexpr std::size_t kHistory = 1500;     ///< frames for a new client: one minute
+struct ViewServerState {
+  static constexpr std::size_t kMaxClients = 64;
+  static constexpr std::size_t kMaxUnserved = 32;  ///< connections without a request so far
+  static constexpr std::size_t kHistory = 1500;    ///< frames for a new client: one minute
   static constexpr std::size_t kHistoryBytes = 8 << 20;
 
   std::set<std::shared_ptr<ViewClient>> clients;
@@ -34,7 +34,7 @@ struct ViewRoom {
   std::string token;         ///< empty: no client may steer
   std::function<void(const ViewRequest&)> on_request;
   bool loopback_only = true;
-  std::size_t most_sockets = kMostClients + kMostUnserved;
+  std::size_t most_sockets = kMaxClients + kMaxUnserved;
 
   /// Adds a frame to the history, within its limits. \param first  clears the history first
   void remember(const ViewFrame& frame, bool first) {

@@ -16,13 +16,13 @@
 namespace merkel {
 
 /// State shared by the thread of a device and the simulation thread, for one of its probes.
-struct ProbeChannel {
+struct ProbeQueue {
   /// \param the_ring  of the device. \param the_place  of the probe among those that it feeds
-  ProbeChannel(std::shared_ptr<ReadingRing> the_ring, std::size_t the_place)
+  ProbeQueue(std::shared_ptr<ReadingRing> the_ring, std::size_t the_place)
       : ring(std::move(the_ring)), place(the_place) {}
   /// Of a device that feeds no other probe. \param taxels  of a tactile array
-  explicit ProbeChannel(std::size_t capacity, std::size_t taxels = 0)
-      : ProbeChannel(
+  explicit ProbeQueue(std::size_t capacity, std::size_t taxels = 0)
+      : ProbeQueue(
             std::make_shared<ReadingRing>(ReadingColumns(ProbeColumns{.taxels = taxels}), capacity),
             0) {}
 

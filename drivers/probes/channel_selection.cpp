@@ -1,4 +1,4 @@
-#include "drivers/probes/probe_channels.hpp"
+#include "drivers/probes/channel_selection.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -15,7 +15,7 @@ namespace merkel {
 namespace {
 
 constexpr std::size_t kForcePlace = 1;  ///< in kSampleChannelNames
-constexpr std::size_t kMostListed = 12;
+constexpr std::size_t kMaxListed = 12;
 
 std::string_view without_unit(std::string_view name) { return name.substr(0, name.rfind('_')); }
 
@@ -49,13 +49,13 @@ Expected<ChannelName, std::string> find(std::string_view name,
 constexpr std::string_view kTaxels = "taxels=";
 constexpr double kUm2_per_mm2 = 1e6;
 
-std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
-  constexpr std::size_t kMostTaxels = 1024;
-  ProbeChannels::Taxels taxels;
+std::optional<ChannelSelection::Taxels> parse_taxels(std::string_view text) {
+  constexpr std::size_t kMaxTaxels = 1024;
+  ChannelSelection::Taxels taxels;
   const std::string_view size = text.substr(0, text.find(':'));
   if (size.size() < text.size()) taxels.prefix = text.substr(size.size() + 1);
   const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), taxels.count);
-  if (error != std::errc{} || taxels.count < 1 || taxels.count > kMostTaxels) return std::nullopt;
+  if (error != std::errc{} || taxels.count < 1 || taxels.count > kMaxTaxels) return std::nullopt;
   if (end == size.data() + size.size()) return taxels;
   std::uint64_t area_um2 = 0;
   const auto area = std::from_chars(end + 1, size.data() + size.size(), area_um2);
@@ -69,11 +69,11 @@ std::optional<ProbeChannels::Taxels> parse_taxels(std::string_view text) {
 
 std::string listed_channels(std::span<const ChannelName> channels) {
   std::string list;
-  for (std::size_t i = 0; i < std::min(channels.size(), kMostListed); ++i) {
+  for (std::size_t i = 0; i < std::min(channels.size(), kMaxListed); ++i) {
     list += (i == 0 ? "" : ", ") + printable_text(channels[i].name);
   }
-  if (channels.size() > kMostListed) {
-    list += " and " + std::to_string(channels.size() - kMostListed) + " more";
+  if (channels.size() > kMaxListed) {
+    list += " and " + std::to_string(channels.size() - kMaxListed) + " more";
   }
   return list;
 }
@@ -84,13 +84,13 @@ std::string in_unit_of_readings(const ChannelName& channel) {
          (channel.force ? "_N" : (channel.pressure ? "_kPa" : "_mm"));
 }
 
-bool ProbeChannels::empty() const noexcept {
+bool ChannelSelection::empty() const noexcept {
   return by_unit.empty() && !taxels &&
          std::all_of(of.begin(), of.end(), [](const std::string& name) { return name.empty(); });
 }
 
-Expected<ProbeChannels, std::string> ProbeChannels::parse(std::string_view fragment) {
-  ProbeChannels channels;
+Expected<ChannelSelection, std::string> ChannelSelection::parse(std::string_view fragment) {
+  ChannelSelection channels;
   while (!fragment.empty()) {
     const std::string_view part = fragment.substr(0, fragment.find(','));
     fragment.remove_prefix(std::min(part.size() + 1, fragment.size()));
@@ -127,7 +127,7 @@ Expected<ProbeChannels, std::string> ProbeChannels::parse(std::string_view fragm
   return channels;
 }
 
-std::string ProbeChannels::text() const {
+std::string ChannelSelection::text() const {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ",") + part; };
   if (taxels) {
@@ -142,7 +142,7 @@ std::string ProbeChannels::text() const {
   return text;
 }
 
-Expected<ProbeCalibration, std::string> ProbeChannels::among(
+Expected<ProbeCalibration, std::string> ChannelSelection::among(
     std::span<const ChannelName> channels) const {
   ProbeCalibration calibration;
   if (empty()) {
@@ -200,7 +200,7 @@ std::string names_of_channels(const ProbeCalibration& calibration) {
   return names;
 }
 
-std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted) {
+std::string wrong_taxels(std::size_t count, const ChannelSelection::Taxels& wanted) {
   if (count == wanted.count) return {};
   return "the array has " + std::to_string(wanted.count) + " taxels, but " + std::to_string(count) +
          " channels are forces or pressures" +
@@ -234,7 +234,7 @@ Expected<DeviceUri, SetupError> DeviceUri::parse(std::string_view text) {
   const auto [uri, part] = split_fragment(text);
   DeviceUri device{.uri = uri};
   if (!part) return device;
-  auto channels = ProbeChannels::parse(*part);
+  auto channels = ChannelSelection::parse(*part);
   if (!channels) return bad_input("\"" + uri + "\": " + channels.error());
   device.parts.push_back(std::move(*channels));
   return device;

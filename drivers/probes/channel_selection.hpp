@@ -20,7 +20,7 @@ namespace merkel {
 /// `#force=thumb_N,depth=3` names a channel, with or without its unit, or the number of its column
 /// from 1. `#thumb_N` is short for `#force=thumb_N`: the unit tells force from depth. Without this
 /// part, the probe is fed by the quantities that the device names itself (force_N, depth_mm).
-struct ProbeChannels {
+struct ChannelSelection {
   /// Depth, force, x and y, as in kSampleChannelNames; empty: not chosen.
   std::array<std::string, kSampleChannelNames.size()> of;
   std::vector<std::string> by_unit;  ///< depth or force
@@ -37,7 +37,7 @@ struct ProbeChannels {
   [[nodiscard]] bool empty() const noexcept;
 
   /// \param fragment  without '#'; empty: none
-  [[nodiscard]] static Expected<ProbeChannels, std::string> parse(std::string_view fragment);
+  [[nodiscard]] static Expected<ChannelSelection, std::string> parse(std::string_view fragment);
   /// The fragment that parse() reads back.
   [[nodiscard]] std::string text() const;
 
@@ -58,7 +58,7 @@ struct ProbeChannels {
 [[nodiscard]] std::string listed_channels(std::span<const ChannelName> channels);
 
 /// Why a device with such a number of forces and pressures cannot feed an array; empty if it can.
-[[nodiscard]] std::string wrong_taxels(std::size_t count, const ProbeChannels::Taxels& wanted);
+[[nodiscard]] std::string wrong_taxels(std::size_t count, const ChannelSelection::Taxels& wanted);
 
 /// What to do where a device measures neither a force nor a depth by that name.
 /// \param channels  the names of those that it has
@@ -72,7 +72,7 @@ struct ProbeChannels {
 /// A device that feeds one or more probes.
 struct DeviceUri {
   std::string uri;                             ///< without '#'
-  std::vector<ProbeChannels> parts = {};       ///< one for each probe; empty: none is chosen
+  std::vector<ChannelSelection> parts = {};    ///< one for each probe; empty: none is chosen
   std::vector<std::string> calibrations = {};  ///< a file for each probe; empty: none
   bool allow_remote = false;                   ///< other machines may send its samples
 
