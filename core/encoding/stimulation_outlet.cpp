@@ -22,43 +22,39 @@ std::span<const SentCommand> StimulationOutlet::pass(std::span<const SentCommand
   leaving_.clear();
   refused_.clear();
   for (const SentCommand& each : sent) {
-    SentCommand out = each;
     if (each.command.kind == Kind::kPulse) {
-      missed_ = missed_ || now - each.sent > kPatience;
-      limit(out.command, now);
-      const bool on = !lost_ && !missed_ && out.command.amplitude_uA > 0.0;
-      (on ? leaving_ : refused_).push_back(on ? out : each);
+      pass_pulse(each, now);
       continue;
     }
-    if (each.command.electrode == 0) update_ = treatment_of_update(each, now);
-    const bool stops = each.command.stop != Stop::kNone;
-    if (update_ == Treatment::kRefuse && !stops) {
+    if (each.command.electrode == 0) update_.clear();
+    if (each.command.electrode != update_.size()) {  // a part of the update was lost
+      lost_ = true;
       refused_.push_back(each);
       continue;
     }
-    if (update_ == Treatment::kOff && !stops) {
-      if (each.command.amplitude_uA > 0.0) refused_.push_back(each);
-      out.command.amplitude_uA = out.command.frequency_Hz = 0.0;
-      out.command.stop = Stop::kSinkFailure;
-    }
-    limit(out.command, now);
-    if (each.command.electrode < last_uA_.size()) {
-      last_uA_[each.command.electrode] = out.command.amplitude_uA;
-    }
-    last_ = now;
-    valid_until_ = each.valid_until;
-    leaving_.push_back(out);
+    update_.push_back(each);
+    if (update_.size() == last_uA_.size()) pass_update(now);
   }
   return leaving_;
 }
 
-StimulationOutlet::Treatment StimulationOutlet::treatment_of_update(const SentCommand& first,
-                                                                    Time now) noexcept {
-  if (now - first.sent > kPatience) {
+void StimulationOutlet::pass_pulse(const SentCommand& pulse, Time now) {
+  missed_ = missed_ || now - pulse.sent > kPatience;
+  SentCommand out = pulse;
+  limit(out.command, now);
+  const bool on = !lost_ && !missed_ && out.command.amplitude_uA > 0.0;
+  (on ? leaving_ : refused_).push_back(on ? out : pulse);
+}
+
+void StimulationOutlet::pass_update(Time now) {
+  const bool late = now - update_.front().sent > kPatience;
+  const auto stops = [](const SentCommand& each) { return each.command.stop != Stop::kNone; };
+  if (late && std::none_of(update_.begin(), update_.end(), stops)) {
     missed_ = true;
-    return Treatment::kRefuse;
+    refused_.insert(refused_.end(), update_.begin(), update_.end());
+    return;
   }
-  const bool off = lost_ || (missed_ && now > valid_until_);
+  const bool off = late || lost_ || (missed_ && now > valid_until_);
   if (off) {
     std::fill(base_uA_.begin(), base_uA_.end(), 0.0);
     since_ = now;
@@ -67,11 +63,22 @@ StimulationOutlet::Treatment StimulationOutlet::treatment_of_update(const SentCo
     since_ = last_;
   }
   missed_ = lost_ = false;
-  return off ? Treatment::kOff : Treatment::kPass;
+  for (SentCommand& each : update_) {
+    if (off && !stops(each)) {
+      if (each.command.amplitude_uA > 0.0) refused_.push_back(each);
+      each.command.amplitude_uA = each.command.frequency_Hz = 0.0;
+      each.command.stop = Stop::kSinkFailure;
+    }
+    limit(each.command, now);
+    last_uA_[each.command.electrode] = each.command.amplitude_uA;
+    leaving_.push_back(each);
+  }
+  last_ = now;
+  valid_until_ = update_.front().valid_until;
 }
 
 void StimulationOutlet::limit(StimulationCommand& command, Time now) noexcept {
-  if (!since_ || command.electrode >= max_slope_uA_per_s_.size()) return;
+  if (!since_) return;
   // The gate's amplitudes rise no faster than the slope, so the smaller of both does neither. An
   // infinite slope limits nothing, also after no time: the comparison with NaN is false.
   const double highest_uA =

@@ -448,6 +448,33 @@ class Bridges(Case):
         self.assertEqual(commands["amplitude_uA"][-1], 0)
         self.assertEqual(len(np.concatenate([each.spikes for each in outputs])), bridge.counters["spikes"])
 
+    def test_a_program_stops_stimulation_until_it_starts_it_again(self):
+        scene = merkel.Scene.from_text(ELECTRODES)
+        with merkel.connect("sim:taps?count=1000&live=1", scene, sinks=["xdf:" + self.path("live.xdf")]) as bridge:
+            commands = [next(bridge).stimulation]
+
+            def read_until(condition):
+                deadline = time.monotonic() + 30
+                while not condition(commands[-1]):
+                    self.assertLess(time.monotonic(), deadline)
+                    commands.append(next(bridge).stimulation)
+
+            read_until(lambda latest: (latest["amplitude_uA"] > 0).any())
+            bridge.stop_stimulation()
+            read_until(lambda latest: (latest["stop"] == 7).any())
+            begin = len(np.concatenate(commands))
+            for _ in range(20):
+                commands.append(next(bridge).stimulation)
+            stopped = np.concatenate(commands)[begin:]
+            self.assertEqual((set(stopped["stop"]), set(stopped["amplitude_uA"])), ({7}, {0}))
+            bridge.start_stimulation()
+            read_until(lambda latest: (latest["amplitude_uA"] > 0).any())
+            bridge.stop()
+        first = np.concatenate(commands)
+        first = first[np.argmax(first["stop"] == 7)]
+        self.assertEqual(first["amplitude_uA"], 0)
+        self.assertTrue(any("stop" in label for _, label in merkel.load(self.path("live.xdf")).marks))
+
     def test_a_program_that_does_not_read_loses_its_own_copies_only(self):
         file = self.path("live.xdf")
         scene = merkel.Scene.from_text(ELECTRODES)

@@ -16,6 +16,7 @@ import numpy as np
 import redis
 
 import merkel_program
+import stimulation_receivers
 from merkel_program import free_port, spikes_of_csv, wait_for
 
 SCENE = """[[electrode]]
@@ -37,16 +38,19 @@ class Redis(merkel_program.TestCase):
     def setUp(self):
         super().setUp()
         self.port = free_port()
+        self.client = redis.Redis(port=self.port)
+        self.addCleanup(self.client.close)
+        self.start_server()
+        with open(self.path("scene.toml"), "w") as scene:
+            scene.write(SCENE)
+
+    def start_server(self):
         self.server = subprocess.Popen(
             ["redis-server", "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", "--appendonly",
              "no", "--dir", self.path(""), "--unixsocket", self.path("socket")], stdout=subprocess.DEVNULL)
         self.addCleanup(self.server.wait)
         self.addCleanup(self.server.kill)
-        self.client = redis.Redis(port=self.port)
-        self.addCleanup(self.client.close)
         self.assertTrue(wait_for(self.answers))
-        with open(self.path("scene.toml"), "w") as scene:
-            scene.write(SCENE)
 
     def answers(self):
         try:
@@ -123,41 +127,61 @@ class Redis(merkel_program.TestCase):
         self.assertEqual(self.states(), STATES)
         self.assertEqual(json.loads(states[0]["parameters"])["electrodes"][0]["name"], "E1")
 
-    def test_a_server_that_stalls_gets_an_off_first_and_the_other_sinks_go_on(self):
+    def check_interruption(self, interrupt, resume):
+        """While the server is away, the other sink goes on; then an off comes first, and amplitudes rise from 0 within the slope.
+        \returns the amplitudes that the server had accepted before, with the times at which they were sent, and when it was interrupted"""
         with open(self.path("scene.toml"), "a") as scene:
             scene.write("max_slope_uA_per_s = 400\n")
+        os.mkfifo(self.path("pipe"))
+        other = stimulation_receivers.Pipe(self.path("pipe"))
+        other.start()
         run = merkel_program.start("run", self.path("scene.toml"), "--probe", "sim:ramp?wait_s=0&hold_s=600&live=1", "--sink",
-                                   f"redis:127.0.0.1:{self.port}?node=touch", "--sink", "stim-csv:" + self.path("c.csv"))
+                                   f"redis:127.0.0.1:{self.port}?node=touch", "--sink", "stim-csv:" + self.path("pipe"))
         self.addCleanup(run.communicate)
         self.addCleanup(run.kill)
 
-        def newest():
-            return self.entries("touch")[-1:] or [{"amplitude_uA": b"[0]"}]
-        self.assertTrue(wait_for(lambda: json.loads(newest()[0]["amplitude_uA"])[0] > 20))
-        self.server.send_signal(signal.SIGSTOP)
-        stopped_ns = time.monotonic_ns()
-        time.sleep(1.5)
-        self.server.send_signal(signal.SIGCONT)
-        continued_ns = time.monotonic_ns()
-        self.assertTrue(wait_for(lambda: int(newest()[0]["sent_monotonic_ns"]) > continued_ns
-                                 and json.loads(newest()[0]["amplitude_uA"])[0] > 20))
+        def on_since(then_ns):
+            entries = self.entries("touch")[-1:]
+            return any(int(entry["sent_monotonic_ns"]) > then_ns and json.loads(entry["amplitude_uA"])[0] > 20 for entry in entries)
+        self.assertTrue(wait_for(lambda: on_since(0)))
+        interrupt()
+        interrupted_ns = time.monotonic_ns()
+        time.sleep(1)  # several watchdogs
+        self.assertTrue(wait_for(lambda: other.uA.value > 20))
+        resumed_ns = time.monotonic_ns()
+        resume()
+        self.assertTrue(wait_for(lambda: on_since(resumed_ns)))
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=60)
-        self.assertIn("stimulation is over there, until it answers", err)
-        self.assertIn("it answers again", err)
+        _, errors = run.communicate(timeout=60)
+        self.assertIn("stimulation is over there, until it answers", errors)
+        self.assertIn("it answers again", errors)
         updates = [(int(entry["sent_monotonic_ns"]), json.loads(entry["amplitude_uA"])[0], json.loads(entry["stop"])[0])
                    for entry in self.entries("touch")]
-        after = [update for update in updates if update[0] > continued_ns]
+        after = [update for update in updates if update[0] > resumed_ns]
         self.assertEqual(after[0][1:], (0, "sink_failure"))
-        # Then it rises from 0 within the slope: 400 uA/s.
         for sent, uA, _ in after:
             self.assertLessEqual(uA, 400e-9 * (sent - after[0][0]) + 400 * 0.005)
+        self.assertTrue(wait_for(other.ended.is_set))
+        self.assertTrue(any(update.uA > 20 for update in other.notes() if interrupted_ns + 5e8 < update.sent * 1e9 < resumed_ns))
+        return [update[:2] for update in updates if update[0] <= resumed_ns], interrupted_ns
+
+    def test_a_server_that_stalls_gets_an_off_first_and_the_other_sinks_go_on(self):
+        before, stopped_ns = self.check_interruption(lambda: self.server.send_signal(signal.SIGSTOP),
+                                                     lambda: self.server.send_signal(signal.SIGCONT))
         # Whatever the server accepted before it stalled was valid until the watchdog only.
-        self.assertLess(max(sent for sent, uA, _ in updates if sent < continued_ns and uA > 0), stopped_ns + 400_000_000)
-        with open(self.path("c.csv")) as file:
-            rows = [line.rstrip("\n").split(",") for line in file][1:]
-        meanwhile = [float(row[3]) for row in rows if stopped_ns + 300_000_000 < int(row[7]) < continued_ns]
-        self.assertGreater(len(meanwhile), 0)
+        self.assertLess(max(sent for sent, uA in before if uA > 0), stopped_ns + 400_000_000)
+
+    def test_a_server_that_restarts_gets_an_off_first_and_the_other_sinks_go_on(self):
+        def kill():
+            self.server.kill()
+            self.server.wait()
+        before, _ = self.check_interruption(kill, self.start_server)
+        self.assertEqual(before, [])  # nothing that came while it was away
+
+    def test_a_server_out_of_memory_gets_an_off_first_and_the_other_sinks_go_on(self):
+        before, full_ns = self.check_interruption(lambda: self.client.config_set("maxmemory", 1),
+                                                  lambda: self.client.config_set("maxmemory", 0))
+        self.assertLessEqual(max(sent for sent, _ in before), full_ns)
 
     def test_a_graph_starts_the_node_and_sigint_ends_it(self):
         self.publish_graph({"scene": self.path("scene.toml"), "probe": "sim:ramp?wait_s=0&hold_s=600&live=1"})

@@ -12,10 +12,10 @@ SO_TIMESTAMPNS = 35  # <asm/socket.h>
 
 
 class Update:
-    """An update of the electrode: when the receiver got it, and when it passed the gate."""
+    """An update of the electrode: when the receiver got it, when it passed the gate, and why the receiver could not apply it."""
 
-    def __init__(self, time_s, uA, heartbeat, stop, arrived, sent):
-        self.arrived, self.sent = arrived, sent
+    def __init__(self, time_s, uA, heartbeat, stop, arrived, sent, refused=""):
+        self.arrived, self.sent, self.refused = arrived, sent, refused
         self.time_s, self.uA, self.heartbeat, self.stop = float(time_s), float(uA), int(heartbeat), stop
 
 
@@ -55,6 +55,12 @@ class Receiver(Witness):
         super().__init__()
         self.receiver, self.uA, self.ended = name, multiprocessing.Value("d", 0.0), multiprocessing.Event()
 
+    def read(self):
+        for command, arrived in self.commands():
+            if command["kind"] == "update":
+                yield Update(command["time_s"], command["amplitude_uA"], command["heartbeat"], command["stop"], arrived,
+                             int(command["sent_monotonic_ns"]) * 1e-9)
+
     def run(self):
         updates = []
         for update in self.read():
@@ -74,15 +80,11 @@ class Pipe(Receiver):
         super().__init__("stim-csv")
         self.path = path
 
-    def read(self):
+    def commands(self):
+        """Each command as a dictionary, and when it arrived."""
         with open(self.path, encoding="utf-8") as pipe:
-            for line in pipe:
-                arrived = time.monotonic()
-                if line.startswith("#") or line.startswith("time_s"):
-                    continue
-                time_s, _, kind, uA, _, heartbeat, stop, sent, _ = next(csv.reader([line]))
-                if kind == "update":
-                    yield Update(time_s, uA, heartbeat, stop, arrived, int(sent) * 1e-9)
+            for row in csv.DictReader(line for line in pipe if not line.startswith("#")):
+                yield row, time.monotonic()
 
 
 def arrival_of_next(connection):
@@ -137,7 +139,8 @@ class Zmq(Receiver):
         self.connection.sendall(b"\x04" + bytes([len(ready)]) + ready)
         self.connection.sendall(b"\x00\x03\x01\x64\x00")  # commands only
 
-    def read(self):
+    def commands(self):
+        """Each command as a dictionary, and when it arrived."""
         self.connect()
         parts = []
         while True:
@@ -149,9 +152,7 @@ class Zmq(Receiver):
             if flags & 1:  # more parts follow
                 continue
             command, parts = json.loads(parts[1]), []
-            if command["kind"] == "update":
-                yield Update(command["time_ns"] * 1e-9, command["amplitude_uA"], command["heartbeat"], command["stop"], arrived,
-                             command["sent_monotonic_ns"] * 1e-9)
+            yield command | {"time_s": command["time_ns"] * 1e-9}, arrived
 
 
 class Redis(Receiver):

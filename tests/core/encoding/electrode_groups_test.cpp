@@ -183,6 +183,21 @@ TEST(ElectrodeGroups, RateWeighsTheSpikesOfTheBorder) {
   EXPECT_NEAR(frequency_Hz, 200.0 * rate_Hz / 100.0, 1e-9);
 }
 
+TEST(ElectrodeGroups, AFieldWhoseAfferentsAreAllInItsBorderWeighsThem) {
+  EncodingParameters parameters = encoding_of({});
+  auto electrode = electrode_at("E1", EncoderKind::kRate, 12.0, 8.0, 0.1);
+  electrode.border_mm = 1.0;  // the nearest afferents are 0.71 mm away
+  parameters.electrodes = {electrode};
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  ASSERT_EQ(encoder.afferents(0), 4U);
+  TickFeed feed(encoder, kTick);
+  feed.spike(nanoseconds{0}, 7 * 30 + 11 + 1);  // one of four equal ones
+  double frequency_Hz = 0.0;
+  for (const auto& command : feed.step()) frequency_Hz = command.frequency_Hz;
+  const double rate_Hz = std::exp(-1.0 / 30.0) / (0.03 * 4.0);
+  EXPECT_NEAR(frequency_Hz, 200.0 * rate_Hz / 100.0, 1e-9);
+}
+
 std::string refusal_of(const std::function<void(EncodingParameters&)>& change) {
   EncodingParameters parameters = group_of(4);
   change(parameters);
@@ -244,13 +259,18 @@ TEST(ElectrodeGroups, TheLimiterDropsPulsesThatAreTooClose) {
                               {.max_uA = 80.0, .max_Hz = 500.0, .group = 0},
                               {.max_uA = 80.0, .max_Hz = 500.0}});
   limiter.reset(nanoseconds{0});
-  std::vector pulses = {pulse_at(milliseconds{1}, 80.0, 0), pulse_at(microseconds{1500}, 80.0, 2),
-                        pulse_at(microseconds{1999}, 80.0, 1), pulse_at(milliseconds{2}, 80.0, 1)};
+  std::vector pulses = {pulse_at(microseconds{900}, 80.0, 0), pulse_at(microseconds{1500}, 80.0, 2),
+                        pulse_at(microseconds{1899}, 80.0, 1),
+                        pulse_at(microseconds{1900}, 80.0, 1)};
   ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 3U);
   EXPECT_EQ(pulses[1].electrode, 2);  // of no group
-  EXPECT_EQ(pulses[2].time, milliseconds{2});
+  EXPECT_EQ(pulses[2].time, microseconds{1900});
   EXPECT_EQ(limiter.clippings().group, 1U);
   EXPECT_EQ(limiter.clippings().all(), 1U);
+  // Everything is off after a reset, so that a pulse may follow at once.
+  limiter.reset(microseconds{1'500});
+  std::vector next = {pulse_at(microseconds{1'600}, 80.0, 0)};
+  EXPECT_EQ(limiter.limit_pulses(next, microseconds{1'500}), 1U);
 }
 
 TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {
@@ -276,6 +296,19 @@ TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {
   EXPECT_EQ(limiter.limit_pulses(pulses, milliseconds{10'000}), 1U);
 }
 
+TEST(ElectrodeGroups, PulsesWithinTheChargeOfASecondGoOnForLong) {
+  // Four of 16 nC a second are all that is allowed, by the charge and by the distance.
+  StimulationLimiter limiter(
+      {.max_total_uA = 1e6, .groups = {{.gap = milliseconds{250}, .max_charge_nC_per_s = 64.0}}},
+      {{.max_uA = 80.0, .max_Hz = 500.0, .group = 0}});
+  limiter.reset(nanoseconds{0});
+  for (int k = 1; k <= 80; ++k) {
+    std::vector pulses = {pulse_at(k * milliseconds{250}, 80.0, 0)};
+    EXPECT_EQ(limiter.limit_pulses(pulses, k * milliseconds{250} - kTick), 1U) << k;
+  }
+  EXPECT_EQ(limiter.clippings().all(), 0U);
+}
+
 TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   StimulationLimiter limiter({.max_total_uA = 100.0, .groups = {{.gap = milliseconds{1}}}},
                              {{.max_uA = 80.0, .max_Hz = 500.0, .group = 0},
@@ -293,6 +326,12 @@ TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   limiter.limit_update(update);
   EXPECT_EQ(update[2].amplitude_uA, 60.0);  // 60 µA and one pulse of 40 µA
   EXPECT_EQ(limiter.clippings().total, 0U);
+  std::vector next = {pulse_at(milliseconds{12}, 40.0, 0)};
+  ASSERT_EQ(limiter.limit_pulses(next, milliseconds{11}), 1U);
+  for (StimulationCommand& each : update) each.time = milliseconds{20};
+  update[2].amplitude_uA = 70.0;
+  limiter.limit_update(update);
+  EXPECT_NEAR(update[2].amplitude_uA, 70.0 * 100.0 / 110.0, 1e-9);
 }
 
 TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {

@@ -77,6 +77,22 @@ TEST(Encoders, OkorokovaFollowsThePressUnderItsField) {
   EXPECT_EQ(at_ms.at(311).amplitude_uA, 0.0);
 }
 
+TEST(Encoders, OkorokovaTakesTheDepthByTheWeightOfItsField) {
+  Electrode electrode = electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0);
+  electrode.border_mm = 2.0;
+  StimulationEncoder encoder = encoder_of(electrode);
+  TickFeed feed(encoder, kTick);
+  std::vector<StimulationCommand> commands;
+  for (int k = 1; k <= 51; ++k) {
+    // From 21 ms on 0.8 mm deep, half way into the border.
+    feed.press = {.contact = {.depth_mm = k > 20 ? 0.8 : 0.0}, .x_mm = 19.0, .y_mm = 10.0};
+    for (const auto& command : feed.step()) commands.push_back(command);
+  }
+  const PopulationResponse step = okorokova_response({0.4, 0.0, 0.0, 0.0});
+  EXPECT_NEAR(commands.back().frequency_Hz, 200.0 * step.rate_Hz / 2500.0, 1e-9);
+  EXPECT_NEAR(commands.back().amplitude_uA, 20.0 + 60.0 * step.recruited / 700.0, 1e-9);
+}
+
 /// Random spikes of all afferents of the grid, tick by tick.
 std::vector<SpikeEvent> random_spikes(std::uint64_t seed, int ticks, double rate_Hz) {
   Random random(seed);

@@ -266,6 +266,7 @@ class TwoElectrodes {
   static StimulationCommand pulse(nanoseconds time, double amplitude_uA) {
     return {.time = time, .amplitude_uA = amplitude_uA, .electrode = 1, .kind = Kind::kPulse};
   }
+  void jump() { gate_.jump(); }
 
  private:
   StimulationGate gate_;
@@ -304,6 +305,53 @@ TEST(StimulationGate, PulsesOfAStaleElectrodeRiseFromTheEndOfItsSilence) {
   const auto pulse = output.pass(milliseconds{305}, {output.pulse(milliseconds{303}, 80.0)});
   ASSERT_EQ(pulse.size(), 1U);
   EXPECT_DOUBLE_EQ(pulse[0].amplitude_uA, 6.0);  // 1000 µA/s for 6 ms
+}
+
+TEST(StimulationGate, NoPulseFollowsAnUpdateThatWasWithheld) {
+  TwoElectrodes output(two_electrodes(0.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  EXPECT_EQ(output.pass(milliseconds{110}, {output.pulse(milliseconds{108}, 50.0)}).size(), 1U);
+  EXPECT_TRUE(output.pass(milliseconds{150}, output.update(milliseconds{112}, 9.0, 50.0, 0.0, 0.0))
+                  .empty());
+  EXPECT_TRUE(output.pass(milliseconds{151}, {output.pulse(milliseconds{149}, 50.0)}).empty());
+  output.pass(milliseconds{160}, output.update(milliseconds{158}, 9.0, 50.0, 0.0, 0.0));
+  EXPECT_EQ(output.pass(milliseconds{161}, {output.pulse(milliseconds{159}, 50.0)}).size(), 1U);
+}
+
+TEST(StimulationGate, NoPulseFollowsAJumpBeforeAnUpdate) {
+  TwoElectrodes output(two_electrodes(0.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  output.jump();
+  EXPECT_TRUE(output.pass(milliseconds{105}, {output.pulse(milliseconds{103}, 50.0)}).empty());
+  output.pass(milliseconds{110}, output.update(milliseconds{108}, 0.0, 0.0, 0.0, 0.0));
+  EXPECT_EQ(output.pass(milliseconds{115}, {output.pulse(milliseconds{113}, 50.0)}).size(), 1U);
+}
+
+TEST(StimulationGate, NoPulseOfAnotherPatchFollowsAnOffBeforeAnUpdate) {
+  EncodingParameters parameters = two_electrodes(0.0);
+  parameters.electrodes[1].patch = 1;
+  StimulationGate gate(parameters, kTick);
+  const auto pass = [&](milliseconds now, const std::vector<StimulationCommand>& commands) {
+    const nanoseconds newest[] = {milliseconds{100}, now};  // the first patch is silent
+    return gate.pass(commands,
+                     {.now = now, .delay = milliseconds{3}, .last_tick = now, .newest = newest});
+  };
+  const auto update = [](milliseconds time) {
+    return TwoElectrodes::update(time, 10.0, 50.0, 0.0, 0.0);
+  };
+  pass(milliseconds{100}, update(milliseconds{98}));
+  pass(milliseconds{155}, update(milliseconds{153}));
+  EXPECT_EQ(pass(milliseconds{161}, {}).size(), 2U);
+  EXPECT_TRUE(pass(milliseconds{162}, {TwoElectrodes::pulse(milliseconds{160}, 50.0)}).empty());
+  pass(milliseconds{165}, update(milliseconds{163}));
+  EXPECT_EQ(pass(milliseconds{166}, {TwoElectrodes::pulse(milliseconds{164}, 50.0)}).size(), 1U);
+}
+
+TEST(StimulationGate, APulseThatHasNotRisenDoesNotLeave) {
+  TwoElectrodes output(two_electrodes(1000.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  EXPECT_TRUE(output.pass(milliseconds{100}, {output.pulse(milliseconds{98}, 50.0)}).empty());
+  EXPECT_EQ(output.pass(milliseconds{101}, {output.pulse(milliseconds{99}, 50.0)}).size(), 1U);
 }
 
 TEST(StimulationGate, EachElectrodeHasItsOwnSlope) {

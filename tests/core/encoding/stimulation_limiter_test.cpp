@@ -51,9 +51,14 @@ StimulationCommand pulse(nanoseconds time, double amplitude_uA, std::uint16_t el
 }
 
 TEST(StimulationLimiter, LeavesValidCommandsUnchanged) {
-  StimulationLimiter limiter(kWide, {{80.0, 200.0}, {60.0, 200.0}});
+  // 16 nC are 80 µA for 200 µs.
+  StimulationLimiter limiter(kWide, {{80.0, 200.0, microseconds{200}, 16.0}, {60.0, 200.0}});
   limiter.reset(nanoseconds{0});
   EXPECT_EQ(limited(limiter, milliseconds{10}, {80.0, 33.3}), (std::vector{80.0, 33.3}));
+  auto weak = update_of(milliseconds{20}, {0.5, 0.0});
+  limiter.limit_update(weak);
+  EXPECT_EQ(weak[0].frequency_Hz, 100.0);
+  EXPECT_EQ(weak[1].frequency_Hz, 0.0);
   EXPECT_EQ(limiter.clippings(), StimulationLimiter::Clippings{});
 }
 
@@ -166,6 +171,9 @@ TEST(StimulationLimiter, AStrongElectrodeIsNotSwitchedOffForAPulseOfItsOwn) {
   ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
   EXPECT_EQ(pulses[1].electrode, 0);
   EXPECT_EQ(limiter.clippings().electrodes, 1U);
+  // In the next tick, whose beginning finds it still in progress.
+  std::vector next = {pulse(microseconds{4200}, 60.0, 0)};
+  EXPECT_EQ(limiter.limit_pulses(next, microseconds{2500}), 1U);
 }
 
 TEST(StimulationLimiter, DropsPulsesThatFindNoBudget) {
@@ -177,8 +185,8 @@ TEST(StimulationLimiter, DropsPulsesThatFindNoBudget) {
   std::vector pulses = {pulse(microseconds{1500}, 40.0, 1)};
   EXPECT_EQ(limiter.limit_pulses(pulses, milliseconds{1}), 0U);
   EXPECT_EQ(limiter.clippings().total, 1U);
-  // The next update makes room for it: 80 µA for 80 and 40 µA.
-  EXPECT_NEAR(limited(limiter, milliseconds{11}, {80.0, 0.0})[0], 80.0 * 80.0 / 120.0, 1e-9);
+  // The next update makes room for it: 80 µA for 80 and 40 µA. It is not in progress.
+  EXPECT_NEAR(limited(limiter, microseconds{1600}, {80.0, 0.0})[0], 80.0 * 80.0 / 120.0, 1e-9);
 }
 
 TEST(StimulationLimiter, AScaledPulseIsWhereTheNextOneRisesFrom) {

@@ -165,16 +165,55 @@ TEST(StimulationOutlet, PulsesRiseFromTheOffToo) {
   EXPECT_DOUBLE_EQ(pulse[0].command.amplitude_uA, 5.0);
 }
 
-TEST(StimulationOutlet, TheTreatmentOfAnUpdateHoldsForAllItsParts) {
+TEST(StimulationOutlet, AnUpdateIsPassedOnWhole) {
   StimulationOutlet outlet(outlet_parameters());
   const auto update = sent_at(milliseconds{20}, 50.0, 1);
-  EXPECT_TRUE(outlet.pass(std::span(update).first(1), milliseconds{30}).empty());
-  EXPECT_TRUE(outlet.pass(std::span(update).subspan(1), milliseconds{30}).empty());
-  const auto next = sent_at(milliseconds{40}, 50.0, 2);
-  EXPECT_EQ(outlet.pass(std::span(next).first(1), milliseconds{40})[0].command.stop,
-            Stop::kSinkFailure);
-  EXPECT_EQ(outlet.pass(std::span(next).subspan(1), milliseconds{41})[0].command.stop,
-            Stop::kSinkFailure);
+  EXPECT_TRUE(outlet.pass(std::span(update).first(1), milliseconds{20}).empty());
+  EXPECT_EQ(outlet.pass(std::span(update).subspan(1), milliseconds{21}).size(), 2U);
+  // A part is lost: the rest is no update, and the next one is an off.
+  const auto second = sent_at(milliseconds{30}, 50.0, 2);
+  EXPECT_TRUE(outlet.pass(std::span(second).subspan(1), milliseconds{30}).empty());
+  EXPECT_EQ(outlet.refused().size(), 1U);
+  const auto third = sent_at(milliseconds{40}, 50.0, 3);
+  EXPECT_TRUE(outlet.pass(std::span(third).first(1), milliseconds{40}).empty());
+  const auto off = outlet.pass(sent_at(milliseconds{50}, 50.0, 4), milliseconds{50});
+  ASSERT_EQ(off.size(), 2U);
+  EXPECT_EQ(off[1].command.heartbeat, 4U);
+  EXPECT_EQ(off[1].command.stop, Stop::kSinkFailure);
+}
+
+TEST(StimulationOutlet, ALateStopOfOneElectrodeIsAnOffForAll) {
+  for (const std::size_t stopped : {0U, 1U}) {
+    StimulationOutlet outlet(outlet_parameters());
+    outlet.pass(sent_at(milliseconds{10}, 50.0, 1), milliseconds{10});
+    auto update = sent_at(milliseconds{20}, 60.0, 2);
+    update[stopped].command.stop = Stop::kReleased;
+    update[stopped].command.amplitude_uA = 0.0;
+    const auto off = outlet.pass(update, milliseconds{26});
+    ASSERT_EQ(off.size(), 2U);
+    EXPECT_EQ(off[stopped].command.stop, Stop::kReleased);
+    EXPECT_EQ(off[1 - stopped].command.stop, Stop::kSinkFailure);
+    EXPECT_EQ(off[1 - stopped].command.amplitude_uA, 0.0);
+    EXPECT_EQ(outlet.refused().size(), 1U);
+    const auto risen = outlet.pass(sent_at(milliseconds{30}, 60.0, 3), milliseconds{30});
+    EXPECT_DOUBLE_EQ(risen[1 - stopped].command.amplitude_uA, 4.0);
+  }
+}
+
+TEST(StimulationOutlet, WhatItLowersIsOnTheStepsOfTheStimulator) {
+  EncodingParameters parameters = outlet_parameters(250.0);
+  parameters.stimulator.name = "box";
+  parameters.stimulator.min_amplitude_uA = 1.0;
+  parameters.stimulator.amplitude_step_uA = 1.0;
+  StimulationOutlet outlet(parameters);
+  outlet.lose();
+  outlet.pass(sent_at(milliseconds{10}, 50.0, 1), milliseconds{10});
+  const auto weak = outlet.pass(sent_at(milliseconds{13}, 50.0, 2), milliseconds{13});
+  EXPECT_EQ(weak[0].command.amplitude_uA, 0.0);  // 0.75 µA
+  EXPECT_EQ(weak[0].command.frequency_Hz, 0.0);
+  EXPECT_EQ(
+      outlet.pass(sent_at(milliseconds{20}, 50.0, 3), milliseconds{20})[1].command.amplitude_uA,
+      2.0);  // 2.5 µA
 }
 
 TEST(StimulationOutlet, NeverIncreasesAnAmplitudeNorRisesAboveTheSlopeWhateverIsLost) {

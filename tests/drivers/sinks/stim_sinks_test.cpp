@@ -162,6 +162,7 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   {
     const auto sink = open_sink(RedisServer::uri(), stim_setup());
     ASSERT_TRUE(sink) << sink.error().sentence;
+    ASSERT_TRUE((*sink)->begin({}));
     ASSERT_TRUE((*sink)->write({.sent = commands()}));
     ASSERT_TRUE((*sink)->close());
   }
@@ -180,6 +181,7 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   }
   const std::string state = RedisServer::cli("xrange stimulator_state - +");
   EXPECT_TRUE(has(state, "status\nNODE_STARTED\n")) << state;
+  EXPECT_TRUE(has(state, "status\nNODE_READY\n")) << state;
   EXPECT_TRUE(has(state, "parameters\n{\"electrodes\":[{\"name\":\"E1\",")) << state;
   EXPECT_TRUE(has(state, "\"phase_us\":200")) << state;
   EXPECT_TRUE(has(state, "status\nNODE_SHUTDOWN\n")) << state;
@@ -273,6 +275,7 @@ TEST(RedisSink, RefusesWithHowToWriteIt) {
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:1"), "start it with redis-server --port 1"));
   EXPECT_TRUE(has(refusal("redis:192.0.2.1:6379"), "--allow-remote"));
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:6379?node=a%20b"), "the option node must have"));
+  EXPECT_TRUE(has(refusal("redis:127.0.0.1:1?nodes=a"), "option"));
 }
 
 }  // namespace
