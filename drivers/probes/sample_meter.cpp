@@ -12,7 +12,7 @@ using std::chrono::nanoseconds;
 
 constexpr nanoseconds kStepWindow{1'000'000'000};
 constexpr std::size_t kMinSteps = 4;  ///< fewest steps of a window
-constexpr std::size_t kMaxSteps = 2000;
+constexpr std::size_t kMaxKeptSteps = 2000;
 constexpr double kQuantile = 0.999;
 constexpr int kOutage = 4;  ///< periods without a sample
 /// While a device is opened, its first samples wait for their reader.
@@ -38,7 +38,7 @@ nanoseconds SampleMeter::stale_after(nanoseconds delay) noexcept {
 }
 
 bool SampleMeter::window_is_over(const ReadingHead& sample) const noexcept {
-  if (steps_.size() >= kMaxSteps) return true;
+  if (steps_.size() >= kMaxKeptSteps) return true;
   return steps_.size() >= kMinSteps && sample.arrival - window_begin_ >= kStepWindow;
 }
 
