@@ -21,12 +21,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                       .sample_bytes = (data[0] & 1U) != 0U ? 4U : 2U,
                       .period = std::chrono::microseconds{100}};
   const std::size_t channels = 1 + (data[0] >> 1U) % 4;
+  std::string names = "force_N";
   for (std::size_t i = 0; i < channels; ++i) {
-    format.columns.push_back(
-        *csv_column_named(i == 0 ? "force_N" : "a" + std::to_string(i) + "_mm"));
+    if (i > 0) names += ",a" + std::to_string(i) + "_mm";
     format.conversions.push_back({.coefficients = {-10.0, 20.0 / 65535.0}, .largest = 65535});
   }
-  number_named_channels(format.columns);
+  format.columns = *csv_columns_named(names, ',');
   const std::size_t scan = channels * format.sample_bytes;
   const auto protocol = make_analog_scans(std::move(format));
   DeviceStream stream;
