@@ -26,14 +26,19 @@ std::span<const SentCommand> StimulationOutlet::pass(std::span<const SentCommand
       pass_pulse(each, now);
       continue;
     }
-    if (each.command.electrode == 0) update_.clear();
-    if (each.command.electrode != update_.size()) {  // a part of the update was lost
+    if (each.command.electrode != update_.size()) {  // a part of an update was lost
       lost_ = true;
-      refused_.push_back(each);
-      continue;
+      refused_.insert(refused_.end(), update_.begin(), update_.end());
+      update_.clear();
+      if (each.command.electrode != 0) {
+        refused_.push_back(each);
+        continue;
+      }
     }
     update_.push_back(each);
-    if (update_.size() == last_uA_.size()) pass_update(now);
+    if (update_.size() < last_uA_.size()) continue;
+    pass_update(now);
+    update_.clear();
   }
   return leaving_;
 }

@@ -182,6 +182,20 @@ TEST(StimulationOutlet, AnUpdateIsPassedOnWhole) {
   EXPECT_EQ(off[1].command.stop, Stop::kSinkFailure);
 }
 
+TEST(StimulationOutlet, AnUpdateWhoseEndIsLostIsReportedAndFollowedByAnOff) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.pass(sent_at(milliseconds{10}, 40.0, 1), milliseconds{11});
+  auto cut = sent_at(milliseconds{20}, 0.0, 2, Stop::kGap);
+  cut.pop_back();
+  EXPECT_TRUE(outlet.pass(cut, milliseconds{21}).empty());
+  EXPECT_TRUE(outlet.refused().empty()) << "its end may come";
+  const auto out = outlet.pass(sent_at(milliseconds{30}, 40.0, 3), milliseconds{31});
+  ASSERT_EQ(out.size(), 2U);
+  for (const SentCommand& each : out) EXPECT_EQ(each.command.stop, Stop::kSinkFailure);
+  ASSERT_EQ(outlet.refused().size(), 3U);  // the cut update, and what the off replaces
+  EXPECT_EQ(outlet.refused()[0], cut[0]);
+}
+
 TEST(StimulationOutlet, ALateStopOfOneElectrodeIsAnOffForAll) {
   for (const std::size_t stopped : {0U, 1U}) {
     StimulationOutlet outlet(outlet_parameters());
