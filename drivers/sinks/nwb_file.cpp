@@ -53,8 +53,8 @@ void write_intervals(Hdf5File& file, const char* name, const char* description,
   table.texts(label, labels, "Kind or label");
   // Texts: nwbinspector's check_column_binary_capability takes the numbers 0 and 1 for a truth
   // value.
-  if (subject != nullptr)
-    table.texts(subject, subjects, "Device (probe_0, …) or neuron (neuron_1, …)");
+  if (subject == nullptr) return;
+  table.texts(subject, subjects, "Device (probe_0, …) or neuron (neuron_1, …)");
 }
 
 std::vector<std::string> parts_of(const std::string& text, char separator) {

@@ -114,8 +114,8 @@ void check_source(SceneTable& table, Scene::ProbeSettings& probe) {
 /// The keys of other tips have no effect, but must have values that those tips could take.
 void read_other_tips(SceneTable& reader, const Indenter& indenter) {
   for (std::size_t kind = 0; kind < kTipNames.size(); ++kind) {
-    Indenter other = indenter;
     if (kind == indenter.tip.index()) continue;
+    Indenter other = indenter;
     other.tip = default_tip(kind);
     reader.read(tip_fields(other));
   }

@@ -18,8 +18,8 @@ constexpr std::chrono::seconds kStalled{20};  ///< limit for a browser that read
 
 }  // namespace
 
-ViewClient::ViewClient(net::ip::tcp::socket socket, ViewServerState& room, bool steers)
-    : socket_(std::move(socket)), room_(room), most_waiting_(kMaxWaitingFrames), steers_(steers) {
+ViewClient::ViewClient(net::ip::tcp::socket socket, ViewServerState& state, bool steers)
+    : socket_(std::move(socket)), state_(state), most_waiting_(kMaxWaitingFrames), steers_(steers) {
   // Frames queued in the kernel are out of date: keep its buffer short.
   boost::system::error_code ignored;
   beast::get_lowest_layer(socket_).socket().set_option(net::socket_base::send_buffer_size(1 << 17),
@@ -33,8 +33,8 @@ void ViewClient::accept(const http::request<http::empty_body>& request) {
   socket_.auto_fragment(false);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
     if (error) return;
-    self->room_.clients.insert(self);
-    self->waiting_.assign(self->room_.history.begin(), self->room_.history.end());
+    self->state_.clients.insert(self);
+    self->waiting_.assign(self->state_.history.begin(), self->state_.history.end());
     self->most_waiting_ = self->waiting_.size() + kMaxWaitingFrames;
     self->write_hello();
     self->read();
@@ -74,8 +74,8 @@ void ViewClient::take_message() {
   const auto data = input_.cdata();
   const auto request = ViewRequest::parse({static_cast<const char*>(data.data()), data.size()});
   input_.consume(input_.size());
-  if (!request || (request->steers() && !steers_) || !room_.on_request) return;
-  room_.on_request(*request);
+  if (!request || (request->steers() && !steers_) || !state_.on_request) return;
+  state_.on_request(*request);
 }
 
 void ViewClient::begin_writing() {
@@ -86,7 +86,7 @@ void ViewClient::begin_writing() {
 void ViewClient::write_hello() {
   begin_writing();
   socket_.text(true);
-  hello_ = steers_ ? room_.steering_hello : room_.hello;
+  hello_ = steers_ ? state_.steering_hello : state_.hello;
   socket_.async_write(
       net::buffer(*hello_),
       [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });

@@ -21,10 +21,10 @@ namespace merkel {
 /// frame and the number of frames it missed. Thread: server.
 class ViewClient : public std::enable_shared_from_this<ViewClient> {
  public:
-  /// \param room  outlives the client.  \param steers  true if the browser has sent the token
-  ViewClient(boost::asio::ip::tcp::socket socket, ViewServerState& room, bool steers);
+  /// \param state  outlives the client.  \param steers  true if the browser has sent the token
+  ViewClient(boost::asio::ip::tcp::socket socket, ViewServerState& state, bool steers);
 
-  /// Answers the request to upgrade, sends the scene and the room's history, and joins the room.
+  /// Answers the request to upgrade, sends the scene and the history, and joins the clients.
   void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);
   /// Queues a frame; if the queue is full, the frame replaces the newest in it.
   void send(const ViewFrame& frame);
@@ -41,10 +41,10 @@ class ViewClient : public std::enable_shared_from_this<ViewClient> {
   void write();
   void written(boost::beast::error_code error);
   void say_goodbye();
-  void leave() { room_.clients.erase(shared_from_this()); }
+  void leave() { state_.clients.erase(shared_from_this()); }
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
-  ViewServerState& room_;
+  ViewServerState& state_;
   boost::beast::flat_buffer input_;
   std::deque<ViewFrame> waiting_;
   std::size_t most_waiting_;

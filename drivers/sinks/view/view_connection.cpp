@@ -69,15 +69,15 @@ http::response<http::string_body> response_to(const http::request<http::empty_bo
 
 }  // namespace
 
-ViewConnection::ViewConnection(tcp::socket socket, ViewServerState& room)
-    : stream_(std::move(socket)), room_(room) {
-  place_ = room_.unserved.insert(room_.unserved.end(), this);
+ViewConnection::ViewConnection(tcp::socket socket, ViewServerState& state)
+    : stream_(std::move(socket)), state_(state) {
+  place_ = state_.unserved.insert(state_.unserved.end(), this);
   parser_.header_limit(kMaxRequest);
   parser_.body_limit(0);
 }
 
 ViewConnection::~ViewConnection() {
-  if (listed_) room_.unserved.erase(place_);
+  if (listed_) state_.unserved.erase(place_);
 }
 
 void ViewConnection::serve() {
@@ -89,7 +89,7 @@ void ViewConnection::serve() {
 }
 
 void ViewConnection::displace() {
-  room_.unserved.erase(place_);
+  state_.unserved.erase(place_);
   listed_ = false;
   stream_.close();
 }
@@ -100,13 +100,13 @@ void ViewConnection::answer() {
   if (const auto given = request.find(http::field::origin); given != request.end()) {
     origin = view_of(given->value());
   }
-  const bool allowed = may_view(view_of(request[http::field::host]), origin, room_.loopback_only);
+  const bool allowed = may_view(view_of(request[http::field::host]), origin, state_.loopback_only);
   const std::string_view target = view_of(request.target());
   const bool socket = target.substr(0, target.find('?')) == "/socket";
   if (allowed && socket && websocket::is_upgrade(request) &&
-      room_.clients.size() < std::min(ViewServerState::kMaxClients, room_.most_sockets / 2)) {
-    const bool steers = has_view_token(target, room_.token);
-    std::make_shared<ViewClient>(stream_.release_socket(), room_, steers)->accept(request);
+      state_.clients.size() < std::min(ViewServerState::kMaxClients, state_.most_sockets / 2)) {
+    const bool steers = has_view_token(target, state_.token);
+    std::make_shared<ViewClient>(stream_.release_socket(), state_, steers)->accept(request);
     return;
   }
   response_ = response_to(request, allowed);

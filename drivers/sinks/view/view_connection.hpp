@@ -21,8 +21,8 @@ class ViewConnection : public std::enable_shared_from_this<ViewConnection> {
  public:
   static constexpr std::size_t kMaxRequest = 8192;
 
-  /// \param room  outlives the connection
-  ViewConnection(boost::asio::ip::tcp::socket socket, ViewServerState& room);
+  /// \param state  outlives the connection
+  ViewConnection(boost::asio::ip::tcp::socket socket, ViewServerState& state);
   ViewConnection(const ViewConnection&) = delete;
   ViewConnection& operator=(const ViewConnection&) = delete;
   ~ViewConnection();
@@ -35,7 +35,7 @@ class ViewConnection : public std::enable_shared_from_this<ViewConnection> {
   void answer();
 
   boost::beast::tcp_stream stream_;
-  ViewServerState& room_;
+  ViewServerState& state_;
   std::list<ViewConnection*>::iterator place_;
   bool listed_ = true;
   boost::beast::flat_buffer input_{kMaxRequest};

@@ -22,7 +22,7 @@ class ViewRequestHandler {
   ViewRequestHandler(const SinkSetup& setup, bool steers);
 
   /// Pages may already have chosen neurons to watch; they are passed on.
-  /// \param control  must outlive the use of the desk
+  /// \param control  must outlive the use of this object
   void attach(RunControl& control);
   /// Sets the time of the newest tick, which marks get.
   void set_time(std::chrono::nanoseconds newest) noexcept {

@@ -32,19 +32,19 @@ constexpr std::chrono::milliseconds kFarewell{500};
 class ViewServer::Thread {
  public:
   explicit Thread(const Parameters& parameters) {
-    room_.hello = std::make_shared<const std::string>(parameters.hello);
-    room_.steering_hello = std::make_shared<const std::string>(parameters.steering_hello);
-    room_.token = parameters.token;
-    room_.on_request = parameters.on_request;
-    room_.loopback_only = HostAndPort{.host = parameters.host, .port = parameters.port}.loopback();
-    room_.most_sockets = most_view_sockets(room_.most_sockets);
+    state_.hello = std::make_shared<const std::string>(parameters.hello);
+    state_.steering_hello = std::make_shared<const std::string>(parameters.steering_hello);
+    state_.token = parameters.token;
+    state_.on_request = parameters.on_request;
+    state_.loopback_only = HostAndPort{.host = parameters.host, .port = parameters.port}.loopback();
+    state_.most_sockets = most_view_sockets(state_.most_sockets);
   }
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
   ~Thread() {
     context_.stop();
     if (thread_.joinable()) thread_.join();
-    room_.clients.clear();
+    state_.clients.clear();
   }
 
   /// \return the error, if any
@@ -74,8 +74,8 @@ class ViewServer::Thread {
   void publish(std::string bytes, bool first) {
     net::post(context_,
               [this, first, frame = std::make_shared<const std::string>(std::move(bytes))] {
-                room_.remember(frame, first);
-                for (const auto& client : room_.clients) client->send(frame);
+                state_.remember(frame, first);
+                for (const auto& client : state_.clients) client->send(frame);
               });
   }
 
@@ -83,7 +83,7 @@ class ViewServer::Thread {
     net::post(context_, [this] {
       boost::system::error_code ignored;
       acceptor_.close(ignored);
-      const auto clients = room_.clients;
+      const auto clients = state_.clients;
       for (const auto& client : clients) client->finish();
       await_departures(std::chrono::steady_clock::now() + kFarewell);
     });
@@ -100,11 +100,11 @@ class ViewServer::Thread {
         timer_.async_wait([this](beast::error_code) { accept(); });
         return;
       }
-      if (room_.unserved.size() >=
-          std::min(ViewServerState::kMaxUnserved, room_.most_sockets / 2)) {
-        room_.unserved.front()->displace();
+      if (state_.unserved.size() >=
+          std::min(ViewServerState::kMaxUnserved, state_.most_sockets / 2)) {
+        state_.unserved.front()->displace();
       }
-      std::make_shared<ViewConnection>(std::move(socket), room_)->serve();
+      std::make_shared<ViewConnection>(std::move(socket), state_)->serve();
       accept();
     });
   }
@@ -113,7 +113,7 @@ class ViewServer::Thread {
     stalls_.expires_after(std::chrono::seconds{1});
     stalls_.async_wait([this](beast::error_code error) {
       if (error) return;
-      const auto clients = room_.clients;
+      const auto clients = state_.clients;
       const auto now = std::chrono::steady_clock::now();
       for (const auto& client : clients) client->leave_if_stalled(now);
       watch_clients();
@@ -121,7 +121,7 @@ class ViewServer::Thread {
   }
 
   void await_departures(std::chrono::steady_clock::time_point deadline) {
-    if (room_.clients.empty() || std::chrono::steady_clock::now() >= deadline) {
+    if (state_.clients.empty() || std::chrono::steady_clock::now() >= deadline) {
       context_.stop();
       return;
     }
@@ -129,7 +129,7 @@ class ViewServer::Thread {
     timer_.async_wait([this, deadline](beast::error_code) { await_departures(deadline); });
   }
 
-  ViewServerState room_;  // outlives the context, whose pending work refers to it
+  ViewServerState state_;  // outlives the context, whose pending work refers to it
   net::io_context context_{1};
   tcp::acceptor acceptor_{context_};
   net::steady_timer timer_{context_};

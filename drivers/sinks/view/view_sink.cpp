@@ -21,12 +21,12 @@ using std::chrono::steady_clock;
 class ViewSink final : public Sink {
  public:
   ViewSink(std::string uri, std::string address, ViewFrames frames,
-           std::shared_ptr<ViewRequestHandler> desk, std::unique_ptr<ViewServer> server,
+           std::shared_ptr<ViewRequestHandler> requests, std::unique_ptr<ViewServer> server,
            std::chrono::nanoseconds period)
       : uri_(std::move(uri)),
         address_(std::move(address)),
         frames_(std::move(frames)),
-        desk_(std::move(desk)),
+        requests_(std::move(requests)),
         server_(std::move(server)),
         period_(period) {}
 
@@ -36,13 +36,13 @@ class ViewSink final : public Sink {
     return kKinds<SpikeEvent, SentCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample, Mark,
                   SyncEdge, RunStatus>;
   }
-  void attach(RunControl& control) override { desk_->attach(control); }
+  void attach(RunControl& control) override { requests_->attach(control); }
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     follow_jumps();
     frames_.add(batch);
     delivered_ += batch.spikes.size();
-    if (!batch.ticks.empty()) desk_->set_time(batch.ticks.back().time);
+    if (!batch.ticks.empty()) requests_->set_time(batch.ticks.back().time);
     send_if_due();
     return {};
   }
@@ -61,7 +61,7 @@ class ViewSink final : public Sink {
  private:
   /// After a seek in a played session, pages discard earlier data.
   void follow_jumps() {
-    const SessionPosition* const session = desk_->session();
+    const SessionPosition* const session = requests_->session();
     if (session == nullptr || session->jumps.load() == jumps_) return;
     jumps_ = session->jumps.load();
     frames_.forget();
@@ -76,21 +76,22 @@ class ViewSink final : public Sink {
   }
 
   void send(std::uint32_t flags) {
-    for (const std::string& sentence : desk_->take_notices()) frames_.add_notice(sentence);
-    if (desk_->recording()) flags |= ViewFrames::kRecording;
-    if (desk_->session() != nullptr && desk_->session()->paused) flags |= ViewFrames::kStill;
-    if (desk_->stopped()) flags |= ViewFrames::kStopped;
+    for (const std::string& sentence : requests_->take_notices()) frames_.add_notice(sentence);
+    if (requests_->recording()) flags |= ViewFrames::kRecording;
+    if (requests_->session() != nullptr && requests_->session()->paused)
+      flags |= ViewFrames::kStill;
+    if (requests_->stopped()) flags |= ViewFrames::kStopped;
     const bool first = std::exchange(forget_, false);
     if (first) flags |= ViewFrames::kDiscard;
-    if (const RunControl* const control = desk_->control()) frames_.set_links(*control);
+    if (const RunControl* const control = requests_->control()) frames_.set_links(*control);
     server_->publish(frames_.take(flags), first);
   }
 
   std::string uri_;
   std::string address_;
   ViewFrames frames_;
-  std::shared_ptr<ViewRequestHandler> desk_;
-  std::unique_ptr<ViewServer> server_;  ///< destroyed before the desk that it uses
+  std::shared_ptr<ViewRequestHandler> requests_;
+  std::unique_ptr<ViewServer> server_;  ///< destroyed before the requests that it uses
   steady_clock::duration period_;
   steady_clock::time_point next_{};
   std::uint64_t delivered_ = 0;
@@ -124,7 +125,7 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
   }
   if (!setup.allow_remote && !address->loopback()) return remote_refused(uri.text, address->host);
   const std::string token = steers ? random_token() : "";
-  auto desk = std::make_shared<ViewRequestHandler>(setup, steers);
+  auto requests = std::make_shared<ViewRequestHandler>(setup, steers);
   ViewScene scene(setup, steers);
   auto server = ViewServer::start(
       {.host = address->host,
@@ -132,11 +133,11 @@ OpenedSink open_view_sink(const Uri& uri, const SinkSetup& setup) {
        .hello = std::move(scene.viewing),
        .steering_hello = std::move(scene.steering),
        .token = token,
-       .on_request = [desk](const ViewRequest& request) { desk->carry_out(request); }});
+       .on_request = [requests](const ViewRequest& request) { requests->carry_out(request); }});
   if (!server) return Unexpected<SetupError>(server.error());
   const std::string page = "http://" + (port_only ? "127.0.0.1:" : std::string()) + uri.path + "/" +
                            (steers ? "?token=" + token : "");
-  return std::make_unique<ViewSink>(uri.text, page, ViewFrames(setup), std::move(desk),
+  return std::make_unique<ViewSink>(uri.text, page, ViewFrames(setup), std::move(requests),
                                     std::move(*server), units::nanoseconds_from_s(1.0 / rate_hz));
 }
 

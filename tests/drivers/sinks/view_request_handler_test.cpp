@@ -32,13 +32,13 @@ ViewRequest watch(std::vector<std::uint32_t> neurons) {
 
 // The page is served before the run can be steered, and a browser may be that quick.
 TEST(ViewRequestHandler, NeuronsChosenBeforeTheRunExistsAreWatched) {
-  ViewRequestHandler desk(SinkSetup{}, false);
-  desk.carry_out(watch({1, 2}));
-  desk.carry_out(watch({8, 13}));
+  ViewRequestHandler requests(SinkSetup{}, false);
+  requests.carry_out(watch({1, 2}));
+  requests.carry_out(watch({8, 13}));
   WatchedRun run;
-  desk.attach(run);
+  requests.attach(run);
   EXPECT_EQ(run.watched, (std::vector<std::vector<std::uint32_t>>{{8, 13}}));
-  desk.carry_out(watch({}));
+  requests.carry_out(watch({}));
   EXPECT_EQ(run.watched.back(), std::vector<std::uint32_t>{});
 }
 
@@ -47,31 +47,31 @@ TEST(ViewRequestHandler, AnyPageStopsStimulationAndOnlyOneWithTheTokenStartsIt) 
   const auto start = *ViewRequest::parse("start");
   EXPECT_FALSE(stop.steers());
   EXPECT_TRUE(start.steers());
-  ViewRequestHandler desk(SinkSetup{}, false);
-  EXPECT_FALSE(desk.stopped());
+  ViewRequestHandler requests(SinkSetup{}, false);
+  EXPECT_FALSE(requests.stopped());
   WatchedRun run;
-  desk.attach(run);
-  desk.carry_out(stop);
-  EXPECT_TRUE(desk.stopped());
+  requests.attach(run);
+  requests.carry_out(stop);
+  EXPECT_TRUE(requests.stopped());
   EXPECT_EQ(run.stimulation_switch.stopped(), StimulationSwitch::By::kPage);
-  desk.carry_out(start);
-  EXPECT_FALSE(desk.stopped());
+  requests.carry_out(start);
+  EXPECT_FALSE(requests.stopped());
   EXPECT_EQ(run.stimulation_switch.stopped(), StimulationSwitch::By::kNone);
 }
 
 TEST(ViewRequestHandler, AStopInAPlayedSessionStopsThePlayedCommands) {
   SinkSetup setup;
   setup.session = std::make_shared<SessionPosition>();
-  ViewRequestHandler desk(setup, false);
-  desk.carry_out({.kind = ViewRequest::Kind::kStop});
+  ViewRequestHandler requests(setup, false);
+  requests.carry_out({.kind = ViewRequest::Kind::kStop});
   EXPECT_EQ(setup.session->stimulation.stopped(), StimulationSwitch::By::kPage);
-  EXPECT_TRUE(desk.stopped());
+  EXPECT_TRUE(requests.stopped());
 }
 
 TEST(ViewRequestHandler, WatchesNothingUnasked) {
-  ViewRequestHandler desk(SinkSetup{}, false);
+  ViewRequestHandler requests(SinkSetup{}, false);
   WatchedRun run;
-  desk.attach(run);
+  requests.attach(run);
   EXPECT_TRUE(run.watched.empty());
 }
 
