@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/encoding/stimulation_limiter.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -28,10 +29,19 @@ StimulationGate::StimulationGate(const EncodingParameters& parameters, Time tick
     const ElectrodeLimits limits = ElectrodeLimits::of(each, parameters.stimulation);
     max_slope_uA_per_s_.push_back(limits.max_slope_uA_per_s);
     pulse_length_.push_back(limits.pulse);
+    phase_.push_back(limits.phase);
     group_.push_back(each.group);
     // The pulses of a tick leave together, so their times are known to a tick.
     const Time interval{static_cast<std::int64_t>(std::ceil(1e9 / each.frequency_Hz[1]))};
     pulse_interval_.push_back(interval - std::min(interval, tick));
+  }
+  for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
+    Time shortest = Time::max();
+    for (std::size_t e = 0; e < group_.size(); ++e) {
+      if (group_[e] == g) shortest = std::min(shortest, pulse_length_[e]);
+    }
+    group_charge_.emplace_back(
+        parameters.groups[g].max_charge_nC_per_s.value_or(StimulationLimiter::kNone), shortest);
   }
 }
 
@@ -175,6 +185,11 @@ void StimulationGate::pass_pulse(StimulationCommand pulse, const Moment& moment)
   }
   pulse.amplitude_uA = risen_uA(pulse, line.pulse_uA, moment.now - line.pulse_from);
   if (!(pulse.amplitude_uA > 0.0)) return;
+  if (group &&
+      !group_charge_[*group].takes(moment.now, pulse.amplitude_uA, phase_[pulse.electrode])) {
+    ++counts_.withheld;
+    return;
+  }
   line.pulse_uA = pulse.amplitude_uA;
   line.pulse_from = moment.now;
   line.pulse = moment.now;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/encoding/charge_window.hpp"
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/records/sent_command.hpp"
 
@@ -19,7 +20,8 @@ namespace merkel {
 /// no backlog reaches a receiver. An amplitude rises no faster than the slope between the instants
 /// at which updates leave. If the simulation or the samples stop for longer than the watchdog, the
 /// gate switches electrodes off by itself (`stale`), and also while stimulation is stopped by hand
-/// (`stopped`). Updates that leave are numbered without gaps.
+/// (`stopped`). The charge of a group in any second is counted here too, where a recording that is
+/// played again does not forget it. Updates that leave are numbered without gaps.
 ///
 /// The gate never increases an amplitude. Construct with the limits of the scene. A run has one
 /// gate, so that all its receivers get the same (StimulationOutlet). Thread: one.
@@ -90,6 +92,7 @@ class StimulationGate {
   std::vector<double> max_slope_uA_per_s_;         ///< by electrode
   std::vector<std::optional<std::size_t>> group_;  ///< by electrode
   std::vector<Time> pulse_length_;                 ///< by electrode
+  std::vector<Time> phase_;                        ///< by electrode
   Time update_;
   Time tick_;
   Time watchdog_;
@@ -97,6 +100,7 @@ class StimulationGate {
   std::vector<Line> lines_;
   /// By group: of its last pulse, at a receiver that gives it on arrival.
   std::vector<Time> group_pulse_end_;
+  std::vector<ChargeWindow> group_charge_;           ///< of what left, in wall time
   std::vector<StimulationCommand> update_commands_;  ///< the parts of an update so far
   std::vector<StimulationCommand> off_;
   std::vector<SentCommand> leaving_;

@@ -36,11 +36,7 @@ StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElect
       outputs_(electrodes_.size()),
       order_(electrodes_.size()) {
   for (const OfGroup& group : limits_.groups) {
-    const auto most = std::chrono::seconds{1} / std::max(group.gap, nanoseconds{1'000});
-    // A limit beyond all numbers of whole femtocoulombs is none.
-    const double most_charge = std::min(group.max_charge_nC_per_s * 1e6, 0x1.0p62);
-    recent_.push_back({.pulses = {static_cast<std::size_t>(most) + 2, {nanoseconds{0}, 0}},
-                       .max_charge_fC = static_cast<std::int64_t>(most_charge)});
+    recent_.push_back({.charge = {group.max_charge_nC_per_s, group.gap}, .pulse = {}});
   }
   for (const OfElectrode& each : electrodes_) {
     charge_uA_.push_back(largest_within_charge(each.max_charge_nC, each.phase));
@@ -50,7 +46,10 @@ StimulationLimiter::StimulationLimiter(const Limits& limits, std::vector<OfElect
 
 void StimulationLimiter::reset(nanoseconds time) noexcept {
   std::fill(outputs_.begin(), outputs_.end(), Output{.rise_time = time});
-  for (Recent& recent : recent_) recent.count = 0, recent.charge_fC = 0;
+  for (Recent& recent : recent_) {
+    recent.charge.reset();
+    recent.pulse.reset();
+  }
   last_update_ = time;
 }
 
@@ -58,28 +57,13 @@ bool StimulationLimiter::group_takes(const StimulationCommand& pulse) noexcept {
   const OfElectrode& electrode = electrodes_[pulse.electrode];
   if (electrode.group == kNoGroup) return true;
   Recent& recent = recent_[electrode.group];
-  const std::size_t size = recent.pulses.size();
-  while (recent.count > 0) {
-    const auto& [time, charge_fC] = recent.pulses[recent.oldest];
-    if (pulse.time - time < std::chrono::seconds{1}) break;
-    recent.charge_fC -= charge_fC;
-    recent.oldest = (recent.oldest + 1) % size;
-    --recent.count;
-  }
-  const std::size_t next = (recent.oldest + recent.count) % size;
-  const auto& newest = recent.pulses[(next + size - 1) % size];
   const bool close =
-      recent.count > 0 && pulse.time - newest.first < limits_.groups[electrode.group].gap;
-  // µA·ns, that is fC; rounded up.
-  const auto charge = static_cast<std::int64_t>(
-      std::ceil(pulse.amplitude_uA * static_cast<double>(electrode.phase.count())));
-  if (close || recent.count == size || recent.charge_fC + charge > recent.max_charge_fC) {
+      recent.pulse && pulse.time - *recent.pulse < limits_.groups[electrode.group].gap;
+  if (close || !recent.charge.takes(pulse.time, pulse.amplitude_uA, electrode.phase)) {
     ++clippings_.group;
     return false;
   }
-  recent.pulses[next] = {pulse.time, charge};
-  recent.charge_fC += charge;
-  ++recent.count;
+  recent.pulse = pulse.time;
   return true;
 }
 

@@ -4,10 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
+#include "core/encoding/charge_window.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/stimulation_command.hpp"
 
@@ -93,14 +94,10 @@ class StimulationLimiter {
     double tick_uA = 0.0;                   ///< strongest pulse of the tick being limited
   };
 
-  /// The pulses of a group in the last second.
+  /// The recent output of a group.
   struct Recent {
-    std::vector<std::pair<std::chrono::nanoseconds, std::int64_t>>
-        pulses;  ///< a ring; charge in fC
-    std::size_t oldest = 0;
-    std::size_t count = 0;
-    std::int64_t charge_fC = 0;
-    std::int64_t max_charge_fC = 0;
+    ChargeWindow charge;
+    std::optional<std::chrono::nanoseconds> pulse;  ///< time of the last
     double wanted_uA = 0.0;  ///< scratch: its strongest pulse since the last update
   };
 

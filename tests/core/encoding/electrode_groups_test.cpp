@@ -73,6 +73,28 @@ TEST(ElectrodeGroups, PulseInTurnEvenlySpacedAtOneFrequency) {
   }
 }
 
+TEST(ElectrodeGroups, EachHasItsOwnTurnAndItsOwnCharge) {
+  EncodingParameters parameters = group_of(2);
+  parameters.groups.push_back(parameters.groups[0]);
+  parameters.groups[1].pattern.name = "side";
+  parameters.groups[1].max_charge_nC_per_s = 40.0;  // four pulses of 50 µA for 200 µs
+  for (int e = 0; e < 2; ++e) {
+    parameters.electrodes.push_back(parameters.electrodes[0]);
+    parameters.electrodes.back().name = "S" + std::to_string(e + 1);
+    parameters.electrodes.back().group = 1;
+  }
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = press_of(500.0);
+  std::map<int, int> pulses;
+  for (int k = 0; k < 400; ++k) {
+    for (const auto& command : feed.step())
+      pulses[command.electrode] += command.kind == Kind::kPulse;
+  }
+  EXPECT_EQ(pulses, (std::map<int, int>{{0, 30}, {1, 30}, {2, 2}, {3, 2}}));
+  EXPECT_EQ(encoder.clippings().group, 56U);
+}
+
 TEST(ElectrodeGroups, BeginAtOnceAndChangeTheirFrequencyAtOnce) {
   auto encoder = *StimulationEncoder::create(group_of(2), grid_model());
   TickFeed feed(encoder, kTick);

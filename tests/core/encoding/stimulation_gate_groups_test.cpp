@@ -41,6 +41,7 @@ class GroupedGate {
     return {
         .time = time, .amplitude_uA = amplitude_uA, .electrode = electrode, .kind = Kind::kPulse};
   }
+  void jump() { gate_.jump(); }
   [[nodiscard]] const StimulationGate::Counts& counts() const { return gate_.counts(); }
 
  private:
@@ -72,6 +73,30 @@ TEST(StimulationGateGroups, PulsesOfAGroupThatWaitedTogetherDoNotLeaveTogether) 
   // The pulse of 400 µs is over.
   EXPECT_TRUE(gate.pass(microseconds{103'399}, {gate.pulse(milliseconds{103}, 30.0, 1)}).empty());
   EXPECT_EQ(gate.pass(microseconds{103'400}, {gate.pulse(milliseconds{103}, 30.0, 1)}).size(), 1U);
+}
+
+TEST(StimulationGateGroups, TheChargeOfASecondIsNotForgottenWhenARecordingIsPlayedAgain) {
+  EncodingParameters parameters = grouped();
+  parameters.groups.insert(parameters.groups.begin(),
+                           parameters.groups.front());  // of no electrode
+  parameters.electrodes[0].group = parameters.electrodes[1].group = 1;
+  parameters.groups[1].max_charge_nC_per_s = 64.0;  // four pulses of 80 µA for 200 µs
+  GroupedGate gate(parameters);
+  std::vector<nanoseconds> left;
+  for (int k = 0; k < 100; ++k) {
+    const nanoseconds now = milliseconds{20 * (k + 1)};
+    if (k % 10 == 9) gate.jump();  // in probe time, the charge of the last second is unknown
+    gate.update(now, 0.0);
+    const auto electrode = static_cast<std::uint16_t>(k % 2);
+    if (!gate.pass(now, {gate.pulse(now, 80.0, electrode)}).empty()) left.push_back(now);
+  }
+  ASSERT_EQ(left.size(), 8U);
+  for (std::size_t k = 4; k < left.size(); ++k) {
+    EXPECT_EQ(left[k] - left[k - 4], std::chrono::seconds{1});
+  }
+  EXPECT_EQ(gate.counts().withheld, 92U);
+  // A pulse of the electrode that is in no group does not count.
+  EXPECT_EQ(gate.pass(milliseconds{2'001}, {gate.pulse(milliseconds{2'001}, 80.0, 2)}).size(), 1U);
 }
 
 TEST(StimulationGateGroups, WhatLeavesIsOnTheStepsOfTheStimulator) {
