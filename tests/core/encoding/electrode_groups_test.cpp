@@ -131,6 +131,37 @@ TEST(ElectrodeGroups, AFaultStopsThemAndTheirTurnGoesOn) {
   EXPECT_EQ(restarted[0].time, before[0].time);
 }
 
+TEST(ElectrodeGroups, AFaultOfAnotherPatchDoesNotStopThem) {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 1};
+  EncodingParameters parameters = group_of(2);
+  for (Electrode& each : parameters.electrodes) each.patch = 1;
+  auto encoder = *StimulationEncoder::create(parameters, model);
+  const std::vector presses = {press_of(1000.0), press_of(1000.0)};
+  std::map<bool, int> pulses;
+  for (int k = 1; k <= 40; ++k) {
+    const bool own = k > 20;  // whether the fault is of the group's own patch
+    std::vector<TickRecord> records = {{.time = k * kTick, .probe = 0},
+                                       {.time = k * kTick, .probe = 1}};
+    records[own ? 1 : 0].state = TickRecord::State::kReleased;
+    for (const auto& command : encoder.step({.records = records, .presses = presses})) {
+      pulses[own] += command.kind == Kind::kPulse;
+    }
+  }
+  EXPECT_GE(pulses[false], 3);
+  EXPECT_EQ(pulses[true], 0);
+}
+
+TEST(ElectrodeGroups, AnElectrodeBesideThemKeepsItsOwnSettings) {
+  EncodingParameters parameters = group_of(2);
+  parameters.electrodes.push_back(electrode_at("alone", EncoderKind::kOkorokova, 5.0, 5.0, 1.5));
+  parameters.join_groups();
+  EXPECT_EQ(parameters.electrodes[2].encoder, EncoderKind::kOkorokova);
+  EXPECT_EQ(parameters.electrodes[2].field_mm, (std::vector{5.0, 5.0, 1.5}));
+  EXPECT_EQ(parameters.electrodes[1].encoder, EncoderKind::kLinear);
+}
+
 TEST(ElectrodeGroups, InvalidDrivesSwitchThemOffAndAreCounted) {
   auto encoder = *StimulationEncoder::create(group_of(2), grid_model());
   TickFeed feed(encoder, kTick);

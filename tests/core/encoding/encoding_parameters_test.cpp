@@ -100,6 +100,7 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].name = "a,b"; }), "");
   EXPECT_TRUE(is_electrode_name("Thumb_2-a.b"));
   EXPECT_FALSE(is_electrode_name(""));
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].group = p.groups.size(); }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");

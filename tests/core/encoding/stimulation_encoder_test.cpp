@@ -75,6 +75,7 @@ TEST_F(Pressed, ReleaseStopsItWithinTheTickUntilTheProbeIsBack) {
   for (int k = 0; k < 10; ++k) step();
   EXPECT_EQ(last_.amplitude_uA, 80.0);
   EXPECT_EQ(last_.stop, Stop::kNone);
+  EXPECT_EQ(encoder_.stops(), 1U);
 }
 
 TEST_F(Pressed, ADoubtSuspendsItWithItsReasonWithinTheTick) {
@@ -282,6 +283,34 @@ TEST(StimulationEncoder, TheSpikesOfAGraspThatWasThereBeforeTheRunAreNoOnset) {
       EXPECT_GT(late_uA, 0.0);
     }
   }
+}
+
+TEST(StimulationEncoder, OfSeveralGraspsThatWereThereBeforeTheRunNoneIsAnOnset) {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 1};
+  auto of_second = electrode_at("E1", EncoderKind::kPulsePerSpike, 15.0, 10.0, 3.0);
+  of_second.patch = 1;
+  auto encoder = *StimulationEncoder::create(encoding_of({of_second}), model);
+  const Press press{
+      .contact = {.depth_mm = 1.0, .contact_radius_mm = 1.0}, .x_mm = 15.0, .y_mm = 10.0};
+  const std::vector presses = {press, press};
+  std::size_t early = 0;
+  std::size_t late = 0;
+  for (int k = 1; k <= 100; ++k) {
+    const nanoseconds end = k * kTick;
+    const std::vector<TickRecord> records = {{.time = end, .probe = 0}, {.time = end, .probe = 1}};
+    std::vector<SpikeEvent> spikes;
+    for (std::uint32_t neuron = 601; neuron <= 1200; ++neuron) {
+      spikes.push_back({.time = end, .neuron = neuron, .patch = 1});
+    }
+    for (const auto& command :
+         encoder.step({.records = records, .presses = presses, .spikes = spikes})) {
+      (k <= 50 ? early : late) += command.kind == Kind::kPulse ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(early, 0U);
+  EXPECT_GT(late, 0U);
 }
 
 TEST(StimulationEncoder, ClearsItsHistoryAtAFault) {

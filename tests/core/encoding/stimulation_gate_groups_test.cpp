@@ -75,6 +75,17 @@ TEST(StimulationGateGroups, PulsesOfAGroupThatWaitedTogetherDoNotLeaveTogether) 
   EXPECT_EQ(gate.pass(microseconds{103'400}, {gate.pulse(milliseconds{103}, 30.0, 1)}).size(), 1U);
 }
 
+TEST(StimulationGateGroups, ACommandOfAnElectrodeThatDoesNotExistIsIgnored) {
+  GroupedGate gate(grouped());
+  std::vector<StimulationCommand> commands(4);
+  for (std::uint16_t e = 0; e < 4; ++e) {
+    commands[e] = {.time = milliseconds{100}, .electrode = static_cast<std::uint16_t>(3 - e)};
+  }
+  const auto leaving = gate.pass(milliseconds{100}, commands);
+  ASSERT_EQ(leaving.size(), 3U);
+  for (const StimulationCommand& each : leaving) EXPECT_LT(each.electrode, 3);
+}
+
 TEST(StimulationGateGroups, TheChargeOfASecondIsNotForgottenWhenARecordingIsPlayedAgain) {
   EncodingParameters parameters = grouped();
   parameters.groups.insert(parameters.groups.begin(),

@@ -244,6 +244,17 @@ TEST(StimulationGate, ALateStopStillLeaves) {
   EXPECT_EQ(stop[0].amplitude_uA, 0.0);
 }
 
+TEST(StimulationGate, TheTimesOfWhatLeavesNeverGoBack) {
+  OneElectrode output;
+  const auto first = output.pass(milliseconds{100}, 50.0);
+  ASSERT_EQ(first.size(), 1U);
+  const auto stop =
+      output.passed(milliseconds{101}, update_at(milliseconds{90}, 0.0, Stop::kReleased));
+  ASSERT_EQ(stop.size(), 1U);
+  EXPECT_EQ(stop[0].stop, Stop::kReleased);
+  EXPECT_EQ(stop[0].time, first[0].time);
+}
+
 /// A gate of two electrodes on one patch.
 class TwoElectrodes {
  public:

@@ -189,6 +189,18 @@ TEST(StimulationLimiter, DropsPulsesThatFindNoBudget) {
   EXPECT_NEAR(limited(limiter, microseconds{1600}, {80.0, 0.0})[0], 80.0 * 80.0 / 120.0, 1e-9);
 }
 
+TEST(StimulationLimiter, DropsPulsesForWhichHardlyAnyBudgetIsLeft) {
+  for (const auto& [left_uA, kept] : {std::pair{5e-5, 0U}, {2e-4, 1U}}) {  // a millionth of 80 µA
+    Limits limits = kWide;
+    limits.max_total_uA = 80.0;
+    StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}});
+    limiter.reset(nanoseconds{0});
+    limited(limiter, milliseconds{1}, {80.0 - left_uA, 0.0});
+    std::vector pulses = {pulse(microseconds{1500}, 40.0, 1)};
+    EXPECT_EQ(limiter.limit_pulses(pulses, milliseconds{1}), kept) << left_uA;
+  }
+}
+
 TEST(StimulationLimiter, AScaledPulseIsWhereTheNextOneRisesFrom) {
   Limits limits = kWide;
   limits.max_total_uA = 50.0;
