@@ -13,6 +13,15 @@ import unittest
 PROGRAM = pathlib.Path(sys.argv[1]).absolute()
 GUIDES = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parents[2] / "tools/guides")
 MOST_COMMANDS = 5
+# A run may end with 1 where a busy machine stopped its loop, which the verdict names.
+MERKEL = """merkel() {
+  local code=0
+  command merkel "$@" || code=$?
+  [ "$code" -eq 0 ] || echo "exit code $code"
+  [ "$code" -le 1 ]
+}
+"""
+HOST = "this machine stopped the loop"
 
 
 class Guides(unittest.TestCase):
@@ -23,10 +32,12 @@ class Guides(unittest.TestCase):
             script = "\n".join(re.findall(r"^```sh\n(.*?)^```$", guide.read_text(), re.MULTILINE | re.DOTALL))
             with self.subTest(guide.name), tempfile.TemporaryDirectory() as folder:
                 self.assertLessEqual(len(script.splitlines()), MOST_COMMANDS)
-                run = subprocess.run(["bash", "-euc", script + "\nkill $(jobs -p) 2>/dev/null || true"], cwd=folder,
+                run = subprocess.run(["bash", "-euc", MERKEL + script + "\nkill $(jobs -p) 2>/dev/null || true"], cwd=folder,
                                      env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"},
                                      capture_output=True, text=True, timeout=280)
                 self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+                if "exit code 1" in run.stdout:
+                    self.assertIn(HOST, run.stdout)
                 for name in re.findall(r"(?:--out |--sink \w[\w-]*:)(\S+)", script):
                     self.assertGreater(pathlib.Path(folder, name).stat().st_size, 100, name)
 

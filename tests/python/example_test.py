@@ -73,9 +73,9 @@ class Examples(unittest.TestCase):
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(subscriber.kill)
         rigs = [subprocess.Popen([PROGRAM, "run", scene, "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
-                                  f"zmq:{endpoint}?topic={rig}&subscribers=1&wait_s=30"], stdout=subprocess.DEVNULL)
+                                  f"zmq:{endpoint}?topic={rig}&subscribers=1&wait_s=200"], stdout=subprocess.DEVNULL)
                 for (rig, endpoint), scene in zip(endpoints.items(), ("paper", "finger", "goodwin"))]
-        self.assertEqual([rig.wait(60) for rig in rigs], [0, 0, 0])
+        self.assertEqual([rig.wait(240) for rig in rigs], [0, 0, 0])
         out, error = subscriber.communicate(timeout=60)
         if "No module named 'zmq'" in error:
             self.skipTest("zmq is not installed")

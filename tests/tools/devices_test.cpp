@@ -86,7 +86,7 @@ TEST_P(EveryDevice, SpikesAreThoseOfTheReplayOfWhatWasRead) {
   EXPECT_EQ(probe["device"]["damaged"], 0);
   EXPECT_EQ(probe["device"]["refused"], 0);
   EXPECT_EQ(run.summary["gaps"], 0);
-  EXPECT_GT(run.spikes.size(), 40U);
+  EXPECT_GT(run.spikes.size(), asked ? 5U : 40U);
   EXPECT_EQ(run.spikes, run.replayed);
 }
 
