@@ -8,7 +8,6 @@
 #include <string>
 #include <utility>
 
-#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/neurons/integrate_and_fire/integrate_and_fire_group.hpp"
 #include "core/scene/afferents.hpp"
@@ -60,23 +59,6 @@ Expected<void, ParameterError> check_step(const HodgkinHuxleyAfferent& afferent,
                                                given + ": use " + step_below(bound_ms, p.tick)});
 }
 
-/// The stage of adaptation of a patch's afferents.
-Afferents::AdaptationStage stage_of(const ModelParameters& p, std::size_t patch) {
-  Afferents::AdaptationStage stage{.adaptation = p.adaptation};
-  stage.adaptation.seed += patch;
-  return stage;
-}
-
-ConnorStevensGroup::Parameters group_of(const ModelParameters& p,
-                                        const ConnorStevensAfferent& afferent,
-                                        const RateCurrentTable& table) {
-  return {.neuron = afferent.neuron,
-          .step = p.step,
-          .holding_current_uA_per_cm2 = table.current_uA_per_cm2(0.0),
-          .full_noise_current_uA_per_cm2 =
-              table.current_uA_per_cm2(afferent.neuron.noise.full_drive_Hz)};
-}
-
 }  // namespace
 
 void set_kind(ModelParameters& model, NeuronKind kind) {
@@ -119,8 +101,7 @@ Expected<void, ParameterError> HodgkinHuxleyAfferent::check(const ModelParameter
       .result();
 }
 
-Expected<AfferentTables, ParameterError> HodgkinHuxleyAfferent::tables(
-    const ModelParameters& model) const {
+AfferentTables HodgkinHuxleyAfferent::tables(const ModelParameters& model) const {
   AfferentTables tables;
   for (std::size_t i = 0; i < model.patches.size() && !tables.resting_states; ++i) {
     if (freezes(model, i)) tables.resting_states = std::make_shared<const RestingStates>(neuron);
@@ -164,9 +145,8 @@ Expected<void, ParameterError> IntegrateAndFireAfferent::check(const ModelParame
   return neuron.check(model.step);
 }
 
-Expected<AfferentTables, ParameterError> IntegrateAndFireAfferent::tables(
-    const ModelParameters& /*model*/) const {
-  return AfferentTables{};
+AfferentTables IntegrateAndFireAfferent::tables(const ModelParameters& /*model*/) const {
+  return {};
 }
 
 Expected<Afferents, ParameterError> IntegrateAndFireAfferent::afferents(
@@ -177,59 +157,9 @@ Expected<Afferents, ParameterError> IntegrateAndFireAfferent::afferents(
                                         .patch = static_cast<std::uint16_t>(patch),
                                         .first_neuron = first_neuron};
   own.neuron.noise.seed += patch;
-  return Afferents(std::make_unique<IntegrateAndFireGroup>(own, neurons), stage_of(model, patch));
-}
-
-// Connor-Stevens
-
-FieldTable ConnorStevensAfferent::fields() {
-  static constexpr Field kFields[] = {
-      {"compression_ms", "ms", not_negative(1e6),
-       "compresses strong drives like a refractory period of this length",
-       at<&ConnorStevensAfferent::compression_ms>, "", true}};
-  return {"neuron", kFields};
-}
-
-void ConnorStevensAfferent::bind(BoundFields& fields) {
-  bind_fields(*this, fields);
-  bind_fields(neuron, fields);
-}
-
-Expected<void, ParameterError> ConnorStevensAfferent::check(const ModelParameters& model) const {
-  using std::chrono::microseconds;
-  return ParameterCheck()
-      .also(neuron.check())
-      .require(model.step >= microseconds{1} && model.step <= microseconds{100}, "neuron.step_us",
-               "must be from 1 to 100 for neuron.kind \"connor_stevens\"")
-      .result();
-}
-
-Expected<AfferentTables, ParameterError> ConnorStevensAfferent::tables(
-    const ModelParameters& model) const {
-  const auto table = std::make_shared<const RateCurrentTable>(neuron, model.step);
-  if (!table->valid()) {
-    return Unexpected<ParameterError>(
-        {.key = "neuron.kind",
-         .reason = "is \"connor_stevens\" with conductances at which it never fires steadily: "
-                   "change g_Na, g_K, g_A or g_L"});
-  }
-  return AfferentTables{.rate_current = table,
-                        .rest = ConnorStevensGroup::rest_of(group_of(model, *this, *table)),
-                        .resting_states = nullptr};
-}
-
-Expected<Afferents, ParameterError> ConnorStevensAfferent::afferents(
-    const ModelParameters& model, std::size_t patch, std::size_t neurons,
-    std::uint32_t first_neuron, const AfferentTables& tables) const {
-  ConnorStevensGroup::Parameters own = group_of(model, *this, *tables.rate_current);
-  own.patch = static_cast<std::uint16_t>(patch);
-  own.first_neuron = first_neuron;
-  own.rest = tables.rest;
-  own.neuron.noise.seed += patch;
-  Afferents::AdaptationStage stage = stage_of(model, patch);
-  stage.table = tables.rate_current;
-  stage.compression_ms = compression_ms;
-  return Afferents(std::make_unique<ConnorStevensGroup>(own, neurons), stage);
+  AdaptationParameters adaptation = model.adaptation;
+  adaptation.seed += patch;
+  return Afferents(std::make_unique<IntegrateAndFireGroup>(own, neurons), adaptation);
 }
 
 }  // namespace merkel

@@ -9,7 +9,6 @@
 #include <variant>
 
 #include "core/expected.hpp"
-#include "core/neurons/connor_stevens/connor_stevens.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley.hpp"
 #include "core/neurons/hodgkin_huxley/integration_method.hpp"
 #include "core/neurons/integrate_and_fire/integrate_and_fire.hpp"
@@ -53,7 +52,7 @@ struct HodgkinHuxleyAfferent {
   [[nodiscard]] Expected<void, ParameterError> check(const ModelParameters& model) const;
   [[nodiscard]] const NeuronNoise* noise() const noexcept { return nullptr; }
   [[nodiscard]] double shortest_interval_ms() const noexcept { return 1.0; }
-  [[nodiscard]] Expected<AfferentTables, ParameterError> tables(const ModelParameters& model) const;
+  [[nodiscard]] AfferentTables tables(const ModelParameters& model) const;
   [[nodiscard]] Expected<Afferents, ParameterError> afferents(const ModelParameters& model,
                                                               std::size_t patch,
                                                               std::size_t neurons,
@@ -74,7 +73,7 @@ struct IntegrateAndFireAfferent {
   [[nodiscard]] Expected<void, ParameterError> check(const ModelParameters& model) const;
   [[nodiscard]] const NeuronNoise* noise() const noexcept { return &neuron.noise; }
   [[nodiscard]] double shortest_interval_ms() const noexcept { return neuron.refractory_ms; }
-  [[nodiscard]] Expected<AfferentTables, ParameterError> tables(const ModelParameters& model) const;
+  [[nodiscard]] AfferentTables tables(const ModelParameters& model) const;
   [[nodiscard]] Expected<Afferents, ParameterError> afferents(const ModelParameters& model,
                                                               std::size_t patch,
                                                               std::size_t neurons,
@@ -82,36 +81,10 @@ struct IntegrateAndFireAfferent {
                                                               const AfferentTables& tables) const;
 };
 
-/// The adapted mean energy density drives a noisy Connor-Stevens neuron through its inverse f–I
-/// curve: it receives the current at which it fires at I/(1 + compression·I), with the drive I in
-/// Hz.
-struct ConnorStevensAfferent {
-  static constexpr std::string_view kName = "connor_stevens";
-  static constexpr std::chrono::microseconds kDefaultStep{50};
-  static constexpr bool kEnergyDriven = true;
-  static constexpr bool kPotential = true;
-
-  ConnorStevens neuron;
-  double compression_ms = 1.0;
-
-  [[nodiscard]] static FieldTable fields();
-  void bind(BoundFields& fields);
-  [[nodiscard]] Expected<void, ParameterError> check(const ModelParameters& model) const;
-  [[nodiscard]] const NeuronNoise* noise() const noexcept { return &neuron.noise; }
-  [[nodiscard]] double shortest_interval_ms() const noexcept { return 1.0; }
-  [[nodiscard]] Expected<AfferentTables, ParameterError> tables(const ModelParameters& model) const;
-  [[nodiscard]] Expected<Afferents, ParameterError> afferents(const ModelParameters& model,
-                                                              std::size_t patch,
-                                                              std::size_t neurons,
-                                                              std::uint32_t first_neuron,
-                                                              const AfferentTables& tables) const;
-};
-
-using AfferentParameters =
-    std::variant<HodgkinHuxleyAfferent, IntegrateAndFireAfferent, ConnorStevensAfferent>;
+using AfferentParameters = std::variant<HodgkinHuxleyAfferent, IntegrateAndFireAfferent>;
 
 /// The alternatives of AfferentParameters, in their order.
-enum class NeuronKind : std::uint8_t { kHodgkinHuxley, kIntegrateAndFire, kConnorStevens };
+enum class NeuronKind : std::uint8_t { kHodgkinHuxley, kIntegrateAndFire };
 
 /// Names of the kinds in a scene, in the order of NeuronKind.
 inline constexpr auto kNeuronKinds = []<std::size_t... I>(std::index_sequence<I...>) {

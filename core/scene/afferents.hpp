@@ -6,8 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "core/neurons/connor_stevens/connor_stevens_group.hpp"
-#include "core/neurons/connor_stevens/rate_current_table.hpp"
 #include "core/neurons/hodgkin_huxley/resting_states.hpp"
 #include "core/neurons/neuron_group.hpp"
 #include "core/parameters/parameter_error.hpp"
@@ -17,32 +15,18 @@
 
 namespace merkel {
 
-/// What the afferents of all patches of a model have in common; each member is null for other kinds
-/// of neurons.
+/// What the afferents of all patches of a model have in common; null for other kinds of neurons.
 struct AfferentTables {
-  std::shared_ptr<const RateCurrentTable> rate_current;  ///< Connor-Stevens: inverse f–I curve
-  std::shared_ptr<const ConnorStevensGroup::Rest> rest;  ///< Connor-Stevens
-  std::shared_ptr<const RestingStates> resting_states;   ///< Hodgkin-Huxley, if frozen at rest
+  std::shared_ptr<const RestingStates> resting_states;  ///< Hodgkin-Huxley, if frozen at rest
 };
 
-/// Computes them. Fails if the neuron never fires steadily. Real-time: no; Connor-Stevens neurons
-/// are simulated for several seconds at many currents.
-[[nodiscard]] Expected<AfferentTables, ParameterError> afferent_tables_of(
-    const ModelParameters& parameters);
+/// Computes them. Real-time: no.
+[[nodiscard]] AfferentTables afferent_tables_of(const ModelParameters& parameters);
 
 /// The afferents of one patch: a group of neurons and, if energy density drives them, a preceding
 /// stage of adaptation. Real-time: yes, after construction.
 class Afferents {
  public:
-  /// Energy density → adapted drive I in Hz. With a table, each neuron receives the current at
-  /// which it fires at I/(1 + compression·I), the rate of an integrate-and-fire neuron with that
-  /// refractory period; without a table it receives I.
-  struct AdaptationStage {
-    AdaptationParameters adaptation;
-    std::shared_ptr<const RateCurrentTable> table;
-    double compression_ms = 0.0;
-  };
-
   /// The afferents of a patch of a model.
   /// \param neurons  in the patch
   /// \param tables  from afferent_tables_of() with these parameters
@@ -54,7 +38,9 @@ class Afferents {
                                                                   const AfferentTables& tables,
                                                                   std::uint32_t first_neuron = 1);
 
-  Afferents(std::unique_ptr<NeuronGroup> neurons, const std::optional<AdaptationStage>& stage);
+  /// \param adaptation  energy density → the drive in Hz that the neurons receive
+  Afferents(std::unique_ptr<NeuronGroup> neurons,
+            const std::optional<AdaptationParameters>& adaptation);
 
   /// Resets to rest and clears the adaptation.
   void reset() noexcept MERKEL_REALTIME;
@@ -80,15 +66,10 @@ class Afferents {
   }
 
  private:
-  /// The input of a neuron at a given drive.
-  [[nodiscard]] double input_of(double drive_Hz) const noexcept;
-
   std::unique_ptr<NeuronGroup> neurons_;
   std::optional<Adaptation> adaptation_;
-  std::shared_ptr<const RateCurrentTable> table_;
-  double compression_s_ = 0.0;
   std::vector<double> drive_Hz_;
-  std::vector<double> begin_, end_;  ///< neuron input after a stage of adaptation
+  std::vector<double> last_drive_Hz_;  ///< of the step before
 };
 
 }  // namespace merkel

@@ -55,7 +55,7 @@ Expected<void, ParameterError> check(const TactileModel::Parameters& p) {
                  "\"taxels\" needs a patch of its own: give the other probe another patch")
         .require(indenter.taxels() == nullptr || p.energy_driven(), "probe.tip",
                  "\"taxels\" needs neurons that the energy density drives: set neuron.kind = "
-                 "\"integrate_and_fire\" or \"connor_stevens\", or preset = \"goodwin\"")
+                 "\"integrate_and_fire\", or preset = \"goodwin\"")
         .require(!indenter.surface.slides || p.tick >= std::chrono::milliseconds(1) ||
                      SlidingPlan::of(indenter, p.skin, p.tick).has_value(),
                  "loop.tick_us", "is too short for the contact of a surface: set 1000 or more")

@@ -113,12 +113,11 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   }
   const auto layouts = layouts_of(parameters);
   if (!layouts) return Unexpected<ParameterError>(layouts.error());
-  const auto tables = afferent_tables_of(parameters);
-  if (!tables) return Unexpected<ParameterError>(tables.error());
+  const AfferentTables tables = afferent_tables_of(parameters);
   std::vector<TactilePatch> patches;
   std::uint32_t first_neuron = 1;
   for (std::size_t i = 0; i < parameters.patches.size(); ++i) {
-    auto patch = make_patch(parameters, i, (*layouts)[i], *tables, first_neuron);
+    auto patch = make_patch(parameters, i, (*layouts)[i], tables, first_neuron);
     if (!patch) return Unexpected<ParameterError>(patch.error());
     first_neuron += static_cast<std::uint32_t>(patch->neurons());
     patches.push_back(std::move(*patch));

@@ -43,14 +43,11 @@ std::vector<Case> all_cases() {
   std::get<HodgkinHuxleyAfferent>(general.afferent).neuron.beta_n.slope_mV *= 1.001;
   cases.push_back({"general-slopes", general});
   cases.push_back({"random-placement", {}});
-  for (const auto& [name, kind] : {std::pair{"integrate_and_fire", NeuronKind::kIntegrateAndFire},
-                                   {"connor_stevens", NeuronKind::kConnorStevens}}) {
-    TactileModel::Parameters p = lattice;
-    set_kind(p, kind);
-    p.network.gain = 0.0;
-    p.noise()->sigma = 0.5;
-    cases.push_back({name, p});
-  }
+  TactileModel::Parameters driven = lattice;
+  set_kind(driven, NeuronKind::kIntegrateAndFire);
+  driven.network.gain = 0.0;
+  driven.noise()->sigma = 0.5;
+  cases.push_back({"integrate_and_fire", driven});
   TactileModel::Parameters pin = lattice;
   pin.indenters[0].tip = PinTip{};
   cases.push_back({"pin", pin});

@@ -58,7 +58,7 @@ inline std::string fault_of_run(const std::string& text, int ticks, double most_
 /// All numeric keys of a scene file, as "table.key", for all kinds of neurons.
 inline std::vector<std::string> number_keys() {
   std::vector<std::string> names;
-  for (const char* const preset : {"paper", "goodwin", "goodwin-cs"}) {
+  for (const char* const preset : {"paper", "goodwin"}) {
     Scene scene = *preset_scene(preset);
     for (const SceneSection& section : sections_of(scene)) {
       for (const BoundField& key : section.keys) {

@@ -16,10 +16,9 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;
   FuzzedDataProvider bytes(data, size);
-  // Connor-Stevens neurons take a second to set up and are chosen less often.
   const char* const preset =
       bytes.PickValueInArray({"paper", "paper", "paper", "paper-wide", "paper-wide", "goodwin",
-                              "goodwin", "goodwin", "hand", "goodwin-cs"});
+                              "goodwin", "goodwin", "hand"});
   std::string text = std::string("preset = \"") + preset + "\"\n";
   for (int changes = bytes.ConsumeIntegralInRange(1, 4); changes > 0; --changes) {
     static const std::vector<std::string> keys = number_keys();

@@ -25,15 +25,14 @@ FIELDS = '[skin]\nradius_mm = 7\n[receptors]\nlayout = "fields"\ndensity_per_mm2
 
 def cases():
     """(name, scene, trace): a preset's name, or the text of a scene."""
-    for preset in ["paper", "paper-wide", "goodwin", "finger", "goodwin-cs", "hand"]:
+    for preset in ["paper", "paper-wide", "goodwin", "finger", "hand"]:
         for trace in NAMES:
             yield f"{preset}.{trace}", preset, trace
     for method in METHODS:
         for precision in ["double", "float"]:
             yield (f"{method}-{precision}.taps", f'[neuron]\nmethod = "{method}"\nprecision = "{precision}"\n', "taps")
-    for kind in ["integrate_and_fire", "connor_stevens"]:
-        text = f'{FIELDS}[afferent]\ngain_spread = 0.2\n[neuron]\nkind = "{kind}"\nnoise = 0.5\nseed = 3\n'
-        yield f"{kind}-spread.taps", text, "taps"
+    yield ("integrate_and_fire-spread.taps",
+           f'{FIELDS}[afferent]\ngain_spread = 0.2\n[neuron]\nkind = "integrate_and_fire"\nnoise = 0.5\nseed = 3\n', "taps")
     yield "no-network.taps", LATTICE + "[network]\ngain = 0\n", "taps"
     yield "never-frozen.ramp_and_hold", "[accuracy]\nfreeze_resting = false\ncull_tolerance = 0\n", "ramp_and_hold"
     yield "threads.slide", 'preset = "goodwin"\n[loop]\nthreads = 2\n', "slide"

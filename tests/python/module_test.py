@@ -346,8 +346,6 @@ class Scenes(Case):
         pathlib.Path(file).touch()
         with self.assertRaisesRegex(merkel.Error, "already exists: add overwrite=True"):
             merkel.connect("sim:ramp", sinks=["csv:" + file])
-        with self.assertWarnsRegex(UserWarning, "now called goodwin-cs"):
-            merkel.Scene("goodwin-hh")
 
     def test_afferents_are_those_that_inspect_prints(self):
         printed = self.merkel("inspect", "afferents", "finger").stdout.splitlines()

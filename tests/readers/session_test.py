@@ -20,7 +20,7 @@ class Session(merkel_program.TestCase):
         self.assertTrue(xdf.whole)
         facts = xdf.header.find("merkel")
         for name in ("version", "git_hash", "scene", "scene_text", "receptor_seed", "network_seed",
-                     "afferent_seed", "integrate_and_fire_seed", "connor_stevens_seed", "kernel",
+                     "afferent_seed", "integrate_and_fire_seed", "kernel",
                      "kernel_realtime", "processors", "simd_target", "method", "precision",
                      "step_ns", "tick_ns", "probe", "probe_name", "clock_monotonic_ns",
                      "clock_utc_ns"):

@@ -218,7 +218,7 @@ TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
             "s.toml:1: sink.uri is missing: set the destination of the spikes");
   EXPECT_EQ(fault_of_scene("preset = \"papr\"\n"),
             "s.toml:1: preset must be one of \"paper\", \"paper-wide\", \"goodwin\", \"finger\", "
-            "\"goodwin-cs\", \"hand\"; did you mean \"paper\"?");
+            "\"hand\"; did you mean \"paper\"?");
   EXPECT_EQ(
       fault_of_scene("[probe]\ntip = \"bars\"\nbar_gaps_mm = [3, -5]\n"),
       "s.toml:3: probe.bar_gaps_mm must be positive: merge bars that touch or overlap, or widen "
@@ -275,23 +275,25 @@ diameter_mm = 0.5
   EXPECT_EQ(made->receptors(), 24U);
 }
 
-TEST(SceneFile, AFormerNameOfAPresetStillWorks) {
-  EXPECT_EQ(preset_scene("goodwin-cs")->notice, "");
-  const auto former = preset_scene("goodwin-hh");
-  ASSERT_TRUE(former);
-  EXPECT_EQ(former->preset, "goodwin-cs");
-  EXPECT_EQ(former->notice,
-            "the preset goodwin-hh is now called goodwin-cs; the old name still works");
-  const auto scene = parse_scene("preset = \"goodwin-hh\"\n", "s");
-  ASSERT_TRUE(scene) << scene.error().sentence;
-  EXPECT_EQ(scene->model.kind(), NeuronKind::kConnorStevens);
-  EXPECT_EQ(scene->notice, former->notice);
+TEST(SceneFile, SaysWhatToUseInsteadOfARetiredPresetOrNeuron) {
+  EXPECT_FALSE(preset_scene("goodwin-cs"));
+  for (const std::string name : {"goodwin-cs", "goodwin-hh"}) {
+    const std::string rest =
+        name +
+        " no longer exists: use goodwin, whose afferents are fitted to the same recordings "
+        "(versions up to 0.1 run it)";
+    EXPECT_EQ(scene_named(name).error().sentence, "the preset " + rest);
+    EXPECT_EQ(fault_of_scene("preset = \"" + name + "\"\n"), "s.toml:1: preset " + rest);
+  }
+  EXPECT_EQ(fault_of_scene("[neuron]\nkind = \"connor_stevens\"\ng_A = 47.7\n"),
+            "s.toml:2: neuron.kind connor_stevens no longer exists: use integrate_and_fire, as in "
+            "goodwin");
 }
 
 TEST(SceneFile, AnotherNeuronTakesItsOwnStepAndNoNetwork) {
-  const auto scene = parse_scene("[neuron]\nkind = \"connor_stevens\"\n", "s");
+  const auto scene = parse_scene("[neuron]\nkind = \"integrate_and_fire\"\n", "s");
   ASSERT_TRUE(scene);
-  EXPECT_EQ(scene->model.step, std::chrono::microseconds{50});
+  EXPECT_EQ(scene->model.step, std::chrono::microseconds{500});
   EXPECT_EQ(scene->model.network.gain, 0.0);
   EXPECT_TRUE(TactileModel::create(scene->model));
 }

@@ -243,31 +243,14 @@ TEST(Fit, ThreadsChangeNoBitOfAScoreOrAFit) {
 }
 
 TEST(Fit, EveryParameterOfANeuronHasItsOwnName) {
-  for (const NeuronKind kind : {NeuronKind::kIntegrateAndFire, NeuronKind::kConnorStevens}) {
-    TactileModel::Parameters model = preset_scene("goodwin-cs")->model;
-    set_kind(model, kind);
-    std::set<std::string> names;
-    std::set<const double*> places;
-    for (const FitParameter& parameter : fit_parameters(kind)) {
-      EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
-      places.insert(parameter.in(model));
-    }
-    EXPECT_EQ(places.size(), names.size());
+  TactileModel::Parameters model = preset_scene("goodwin")->model;
+  std::set<std::string> names;
+  std::set<const double*> places;
+  for (const FitParameter& parameter : fit_parameters(model.kind())) {
+    EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
+    places.insert(parameter.in(model));
   }
-}
-
-TEST(Fit, FitsTheNeuronsCompressionByTheNameOfItsTable) {
-  TactileModel::Parameters scene = preset_scene("goodwin-cs")->model;
-  const double drives_ms = scene.adaptation.compression_ms;
-  const auto before_ms = std::get<ConnorStevensAfferent>(scene.afferent).compression_ms;
-  std::vector<DataSet> sets = {published_recordings().sets[0]};
-  sets[0].points.resize(2);
-  const auto result = fit(scene, sets, {"neuron.compression_ms"}, 1, 10, {});
-  ASSERT_TRUE(result) << result.error().sentence;
-  EXPECT_EQ(result->parameters[0].before, before_ms);
-  EXPECT_EQ(result->parameters[0].after,
-            std::get<ConnorStevensAfferent>(scene.afferent).compression_ms);
-  EXPECT_EQ(scene.adaptation.compression_ms, drives_ms);
+  EXPECT_EQ(places.size(), names.size());
 }
 
 TEST(Fit, RefusesWhatItCannotFit) {
@@ -277,8 +260,7 @@ TEST(Fit, RefusesWhatItCannotFit) {
             "no parameter \"fast_wieght\" can be fitted; did you mean fast_weight?");
   TactileModel::Parameters paper = preset_scene("paper")->model;
   EXPECT_EQ(fit(paper, sets, {"gain_Hz_per_kPa"}, 1, 10, {}).error().sentence,
-            "only neurons driven by energy density can be fitted: start from goodwin, finger or "
-            "goodwin-cs");
+            "only neurons driven by energy density can be fitted: start from goodwin or finger");
 }
 
 TEST(ScoreCommand, WritesAReportTablesAndPictures) {
@@ -431,24 +413,22 @@ TEST(FitCommand, StartsFromASceneFileAndKeepsItsOtherKeys) {
 
   const auto paper = run_program({"fit", "paper", "--out", folder.path("p.toml")});
   EXPECT_EQ(paper.exit_code, 2);
-  EXPECT_NE(paper.err.find("start from goodwin, finger or goodwin-cs"), std::string::npos);
+  EXPECT_NE(paper.err.find("start from goodwin or finger"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(folder.path("p.toml")));
 }
 
 TEST(GoodwinScene, RunsByNameAndReplaysToTheByte) {
   const TemporaryFolder folder;
-  for (const char* preset : {"goodwin", "goodwin-cs"}) {
-    const auto run_to = [&](const char* name, const char* seed) {
-      const auto run = run_program({"run", preset, "--fast", "--duration-s", "0.5", "--seed", seed,
-                                    "--overwrite", "--sink", "csv:" + folder.path(name)});
-      EXPECT_EQ(run.exit_code, 0) << run.err;
-      return read_file(folder.path(name));
-    };
-    const std::string first = run_to("a.csv", "1");
-    EXPECT_GT(first.size(), 1000U);
-    EXPECT_EQ(run_to("b.csv", "1"), first);
-    EXPECT_NE(run_to("c.csv", "2"), first);
-  }
+  const auto run_to = [&](const char* name, const char* seed) {
+    const auto run = run_program({"run", "goodwin", "--fast", "--duration-s", "0.5", "--seed", seed,
+                                  "--overwrite", "--sink", "csv:" + folder.path(name)});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_file(folder.path(name));
+  };
+  const std::string first = run_to("a.csv", "1");
+  EXPECT_GT(first.size(), 1000U);
+  EXPECT_EQ(run_to("b.csv", "1"), first);
+  EXPECT_NE(run_to("c.csv", "2"), first);
 }
 
 }  // namespace

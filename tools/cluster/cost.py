@@ -20,7 +20,7 @@ def core_seconds(preset, duration_s):
 
 
 print("| preset | core-seconds per simulated second | core-seconds of a start |\n|---|---|---|")
-for preset in ("paper", "goodwin", "finger", "goodwin-cs", "hand"):
+for preset in ("paper", "goodwin", "finger", "hand"):
     short, long = (min(core_seconds(preset, duration_s) for _ in range(REPEATS)) for duration_s in (SHORT_S, LONG_S))
     slope = (long - short) / (LONG_S - SHORT_S)
     print(f"| `{preset}` | {slope:.3f} | {short - slope * SHORT_S:.2f} |", flush=True)

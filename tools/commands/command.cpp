@@ -6,14 +6,6 @@
 
 namespace merkel {
 
-Expected<Scene, SetupError> given_scene(const std::string& name_or_file) {
-  auto scene = scene_named(name_or_file);
-  if (scene && !scene->notice.empty()) {
-    warn(scene->notice);
-  }
-  return scene;
-}
-
 std::string contents_of(const Scene& scene) {
   const std::size_t patches = scene.model.patches.size();
   return std::to_string(patches) + (patches == 1 ? " patch and " : " patches and ") +

@@ -42,9 +42,6 @@ void add_plot_command(CommandLine& program);
 void add_self_test_command(CommandLine& program);
 void add_completion_command(CommandLine& program);
 
-/// scene_named() for a command: prints the scene's notice to stderr.
-[[nodiscard]] Expected<Scene, SetupError> given_scene(const std::string& name_or_file);
-
 /// "20 patches and 3 probes".
 [[nodiscard]] std::string contents_of(const Scene& scene);
 

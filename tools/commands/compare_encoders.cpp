@@ -9,6 +9,7 @@
 #include "core/units.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/encoders/encoder_comparison.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/report.hpp"
@@ -27,7 +28,7 @@ struct CompareEncodersCommand {
 
 /// The probes of the scene play a recording, or what a URI names.
 Expected<Scene, SetupError> scene_with_touch(const CompareEncodersCommand& command) {
-  auto scene = given_scene(command.scene);
+  auto scene = scene_named(command.scene);
   if (!scene) return scene;
   if (scene->encoding.electrodes.empty()) {
     return bad_input(

@@ -13,6 +13,7 @@
 #include "drivers/printable_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/recorded_trials.hpp"
 
@@ -102,7 +103,7 @@ Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene
 }
 
 int fit_command(const FitCommand& command) {
-  auto scene = given_scene(command.scene);
+  auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());
@@ -160,7 +161,7 @@ void add_fit_command(CommandLine& program) {
       "fit goodwin --out fitted.toml");
   fit.option("scene", command->scene,
              "Scene file (TOML) or preset to start from; default goodwin. Its afferents are driven "
-             "by energy density, as those of goodwin, finger and goodwin-cs")
+             "by energy density, as those of goodwin and finger")
       .option("--data", command->data,
               "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->out, "Scene to write (TOML)")
@@ -171,7 +172,7 @@ void add_fit_command(CommandLine& program) {
           "--parameter", command->parameters,
           "Parameter to fit, repeatable: gain_Hz_per_kPa, fast_weight, slow_weight (default: "
           "these three), fast_ms, slow_ms, field_radius_mm (of one's own afferent; takes minutes), tau_ms, "
-          "refractory_ms, compression_ms, noise; of goodwin-cs also neuron.compression_ms")
+          "refractory_ms, compression_ms, noise")
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
       .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
               {10, 100000})

@@ -11,6 +11,7 @@
 #include "drivers/printable_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/skin_fit.hpp"
 
@@ -92,7 +93,7 @@ int fit_skin_command(const FitSkinCommand& command) {
         "set the shape of the tip: --radius-mm for a sphere, --diameter-mm for a flat pin, or "
         "--plate");
   }
-  auto scene = given_scene(command.scene);
+  auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   Indenter tip;
   if (command.diameter_mm) {

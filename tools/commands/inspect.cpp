@@ -10,6 +10,7 @@
 #include "core/scene/model_fields.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -66,7 +67,7 @@ int inspect_afferents(const InspectOptions& options) {
 }  // namespace
 
 Expected<Scene, SetupError> scene_of(const InspectOptions& options) {
-  auto scene = given_scene(options.scene);
+  auto scene = scene_named(options.scene);
   if (!scene) return scene;
   Indenter& indenter = scene->model.indenters.front();
   if (options.radius_mm) {

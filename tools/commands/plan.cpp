@@ -3,6 +3,7 @@
 
 #include "tools/commands/command.hpp"
 #include "tools/run/long_work.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 
@@ -17,7 +18,7 @@ struct PlanCommand {
 };
 
 int plan(const PlanCommand& command) {
-  auto scene = given_scene(command.scene);
+  auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   if (!command.probes.empty()) {
     if (auto set = set_probes(*scene, command.probes); !set) return refuse(set.error());

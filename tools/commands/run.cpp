@@ -1,6 +1,7 @@
 #include "tools/commands/run.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -61,7 +62,7 @@ Expected<void, SetupError> repeat(Scene& scene, bool bounded) {
 }
 
 Expected<Scene, SetupError> scene_of(const RunOptions& options) {
-  auto scene = given_scene(options.scene);
+  auto scene = scene_named(options.scene);
   if (!scene) return scene;
   const auto overrides = overrides_of(options.set);
   if (!overrides) return Unexpected<SetupError>(overrides.error());
@@ -151,17 +152,19 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan*
   return failed(verdict_of(report, model), options.strict) ? kFailed : kDone;
 }
 
-/// What a long set-up waits for.
-std::string set_up_notice(const Scene& scene) {
+/// Says what a long set-up waits for. Devices may take longer than a model to be ready.
+LongWork set_up_notice(const Scene& scene) {
   bool device = false;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const std::string uri = scene.uri_of(i);
     device = device || !(uri.starts_with("sim:") || uri.starts_with("replay:"));
   }
-  return "still setting up " + contents_of(scene) +
-         (device ? ": a device may not have sent a reading yet; otherwise the time grows"
-                 : ": the time grows") +
-         " with the number of different tips, of receptors and of patches";
+  return LongWork("still setting up " + contents_of(scene) +
+                      (device ? ": a device may not have sent a reading yet; otherwise the time "
+                                "grows"
+                              : ": the time grows") +
+                      " with the number of different tips, of receptors and of patches",
+                  std::chrono::seconds{device ? 3 : 1});
 }
 
 }  // namespace
@@ -174,7 +177,7 @@ int run_scene(Scene scene, const RunOptions& options) {
     plan = std::move(*made);
   }
   auto prepared = [&] {
-    const LongWork notice(set_up_notice(scene));
+    const LongWork notice = set_up_notice(scene);
     return prepare_run(std::move(scene),
                        {.fast = options.fast, .allow_remote = options.allow_remote});
   }();

@@ -29,7 +29,7 @@ int print_scene(const SceneCommand& command) {
                stdout);
     return kDone;
   }
-  const auto scene = given_scene(command.scene);
+  const auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   std::fputs(scene_text(*scene).c_str(), stdout);
   return kDone;

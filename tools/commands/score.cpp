@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tools/commands/command.hpp"
+#include "tools/scene/scene_presets.hpp"
 #include "tools/studies/experiments/experiment_report.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/recordings.hpp"
@@ -23,7 +24,7 @@ struct ScoreCommand {
 };
 
 int score(const ScoreCommand& command) {
-  const auto scene = given_scene(command.scene);
+  const auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   const auto recordings = recordings_named(command.data);
   if (!recordings) return refuse(recordings.error());

@@ -13,7 +13,7 @@ class LongWork {
  public:
   /// \param sentence  what takes so long, and why
   explicit LongWork(std::string sentence,
-                    std::chrono::milliseconds patience = std::chrono::seconds{3});
+                    std::chrono::milliseconds patience = std::chrono::seconds{1});
 
  private:
   std::jthread thread_;  ///< stopped and joined by its destructor

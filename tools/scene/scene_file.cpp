@@ -31,7 +31,11 @@ void read_receptors(SceneTable table, PatchParameters& patch) {
   table.finish();
 }
 
-void read_neuron(SceneTable table, TactileModel::Parameters& model) {
+void read_neuron(SceneTable table, const std::string& kind, TactileModel::Parameters& model) {
+  if (kind == "connor_stevens") {
+    table.refuse("kind", "connor_stevens no longer exists: use integrate_and_fire, as in goodwin");
+    return;
+  }
   table.read(neuron_kind_fields(model));
   const BoundFields keys = neuron_fields(model);
   table.read(keys);
@@ -204,14 +208,13 @@ void read_shapes(const std::string& scene_file, const std::vector<std::string>& 
 Scene scene_of(const toml::table& root, Findings& findings) {
   SceneTable top(root, "", findings);
   std::size_t preset = 0;
-  std::string name = root["preset"].value_or(std::string());
-  if (present_name(name) == name) {
+  const std::string retired = retired_preset(root["preset"].value_or(std::string()));
+  if (retired.empty()) {
     top.word("preset", preset_names(), preset);
-    name = preset_names()[preset];
   } else {
-    static_cast<void>(top.find("preset"));
+    top.refuse("preset", retired);
   }
-  Scene scene = *preset_scene(name);
+  Scene scene = *preset_scene(preset_names()[preset]);
   const auto read = [&](std::string_view table, const BoundFields& keys) {
     with_table(top, table, findings, [&](SceneTable reader) { reader.read(keys).finish(); });
   };
@@ -221,8 +224,9 @@ Scene scene_of(const toml::table& root, Findings& findings) {
   read("accuracy", accuracy_keys(scene));
   read("transduction", bind_fields(scene.model.transduction));
   read("afferent", bind_fields(scene.model.adaptation));
-  with_table(top, "neuron", findings,
-             [&](SceneTable table) { read_neuron(std::move(table), scene.model); });
+  with_table(top, "neuron", findings, [&](SceneTable table) {
+    read_neuron(std::move(table), root["neuron"]["kind"].value_or(std::string()), scene.model);
+  });
   read("network", bind_fields(scene.model.network));
   // The default coupling is for the default neurons.
   if (scene.model.energy_driven() && !top.has("network")) scene.model.network.gain = 0.0;

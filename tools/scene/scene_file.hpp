@@ -55,7 +55,6 @@ struct Scene {
   std::string file;                              ///< empty for a preset
   std::string preset;                            ///< source of the defaults
   std::string text;                              ///< parse_scene reconstructs the scene from it
-  std::string notice;                            ///< for the user; empty: none
   std::map<std::string, std::uint32_t> line_of;  ///< line of each key in the file
 
   /// Where a probe gets its samples: its device, and the channels of the device that are its

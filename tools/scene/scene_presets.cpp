@@ -72,13 +72,6 @@ Scene finger() {
   return scene;
 }
 
-/// The same with Connor-Stevens neurons.
-Scene goodwin_cs() {
-  Scene scene = goodwin();
-  set_kind(scene.model, NeuronKind::kConnorStevens);
-  return scene;
-}
-
 /// A hand: five fingertips and a palm, 4250 afferents of 28 receptors each, a probe on every patch.
 Scene hand() {
   Scene scene;
@@ -116,7 +109,6 @@ constexpr Preset kPresets[] = {
     {"goodwin", goodwin, "450 afferents of a curved fingertip, fitted to recordings"},
     {"finger", finger,
      "goodwin on skin as soft as the mean of four human fingerpads, with deeper receptors"},
-    {"goodwin-cs", goodwin_cs, "goodwin with Connor-Stevens neurons"},
     {"hand", hand, "five fingertips and a palm: 4250 afferents, six probes"}};
 
 /// True for a name without a folder or extension, unless such a file exists.
@@ -127,20 +119,18 @@ bool is_mistyped_name(const std::string& name) {
 
 }  // namespace
 
-std::string_view present_name(std::string_view preset) noexcept {
-  return preset == "goodwin-hh" ? "goodwin-cs" : preset;
+std::string retired_preset(std::string_view name) {
+  if (name != "goodwin-cs" && name != "goodwin-hh") return "";
+  return std::string(name) +
+         " no longer exists: use goodwin, whose afferents are fitted to the same recordings "
+         "(versions up to 0.1 run it)";
 }
 
-std::optional<Scene> preset_scene(std::string_view given) {
-  const std::string_view name = present_name(given);
+std::optional<Scene> preset_scene(std::string_view name) {
   const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
                                          [name](const Preset& p) { return name == p.name; });
   if (found == std::end(kPresets)) return std::nullopt;
   Scene scene = found->make();
-  if (name != given) {
-    scene.notice = "the preset " + std::string(given) + " is now called " + std::string(name) +
-                   "; the old name still works";
-  }
   scene.preset = name;
   scene.text = "preset = \"" + std::string(name) + "\"\n";
   return scene;
@@ -178,6 +168,9 @@ std::string example_scene_list(std::string_view before, std::string_view between
 Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
   const auto preset = preset_scene(name_or_file.empty() ? "paper" : name_or_file);
   if (preset) return *preset;
+  if (const auto retired = retired_preset(name_or_file); !retired.empty()) {
+    return bad_input("the preset " + retired);
+  }
   const std::string file = path_or_example(Example::kScene, name_or_file);
   if (!is_mistyped_name(file)) return read_scene(file);
   std::vector<std::string> names = preset_names();

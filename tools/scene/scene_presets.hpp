@@ -10,10 +10,10 @@
 
 namespace merkel {
 
-/// A built-in scene, by its present or former name.
+/// A built-in scene by its name.
 [[nodiscard]] std::optional<Scene> preset_scene(std::string_view name);
-/// The present name of a preset; any other name is returned unchanged.
-[[nodiscard]] std::string_view present_name(std::string_view preset) noexcept;
+/// What became of a preset of earlier versions, with its name; empty for any other name.
+[[nodiscard]] std::string retired_preset(std::string_view name);
 [[nodiscard]] const std::vector<std::string>& preset_names();
 /// A line for each preset: its name and its meaning.
 [[nodiscard]] std::string preset_list(std::string_view before, std::string_view between);
@@ -22,7 +22,6 @@ namespace merkel {
 [[nodiscard]] std::string example_scene_list(std::string_view before, std::string_view between);
 
 /// The scene of a preset, of a scene file or of an example; for an empty name, the preset "paper".
-/// Scene::notice may hold a sentence for the user.
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);
 
 }  // namespace merkel

@@ -112,10 +112,10 @@ TEST(Field, EveryNumberOutOfItsRangeIsRefusedByTheModelWithItsKey) {
 TEST(Field, AnotherKindOfNeuronComesWithItsDefaultsTheSameKeepsItsOwn) {
   TactileModel::Parameters model;
   const auto choice = [&] { return std::get<Choice>(neuron_kind_fields(model).front().value); };
-  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kConnorStevens));
-  EXPECT_EQ(model.kind(), NeuronKind::kConnorStevens);
+  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kIntegrateAndFire));
+  EXPECT_EQ(model.kind(), NeuronKind::kIntegrateAndFire);
   TactileModel::Parameters defaults;
-  set_kind(defaults, NeuronKind::kConnorStevens);
+  set_kind(defaults, NeuronKind::kIntegrateAndFire);
   const auto number = [](TactileModel::Parameters& of) {
     for (const BoundField& field : neuron_fields(of)) {
       if (auto* const* const value = std::get_if<double*>(&field.value)) return *value;
@@ -125,7 +125,7 @@ TEST(Field, AnotherKindOfNeuronComesWithItsDefaultsTheSameKeepsItsOwn) {
   ASSERT_NE(number(model), nullptr);
   EXPECT_EQ(*number(model), *number(defaults));
   *number(model) *= 1.5;
-  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kConnorStevens));
+  choice().set(choice().value, static_cast<std::size_t>(NeuronKind::kIntegrateAndFire));
   EXPECT_EQ(*number(model), 1.5 * *number(defaults));
 }
 

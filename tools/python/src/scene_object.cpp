@@ -148,12 +148,7 @@ struct pybind11::detail::type_caster<merkel::python::Table>
 namespace merkel::python {
 
 SceneObject SceneObject::named(const std::string& name_or_file) {
-  auto scene = or_throw(scene_named(name_or_file));
-  if (!scene.notice.empty()) {
-    if (PyErr_WarnEx(PyExc_UserWarning, scene.notice.c_str(), 1) != 0)
-      throw py::error_already_set();
-  }
-  return SceneObject(std::move(scene));
+  return SceneObject(or_throw(scene_named(name_or_file)));
 }
 
 SceneObject SceneObject::of_text(const std::string& text) {

@@ -44,9 +44,7 @@ Expected<StageCosts, ParameterError> stage_costs(const TactileModel::Parameters&
   auto model = TactileModel::create(scene);
   if (!model) return Unexpected<ParameterError>(model.error());
   const TactilePatch& patch = model->patches().front();
-  const auto tables = afferent_tables_of(scene);
-  if (!tables) return Unexpected<ParameterError>(tables.error());
-  auto afferents = Afferents::create(scene, 0, patch.neurons(), *tables);
+  auto afferents = Afferents::create(scene, 0, patch.neurons(), afferent_tables_of(scene));
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
   StageCosts costs;
   const auto us = [](const Measurement& measured) { return 1e6 * measured.median_s; };

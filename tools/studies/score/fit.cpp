@@ -225,8 +225,7 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     std::size_t threads, const FitResponses& elsewhere) {
   if (!scene.energy_driven()) {
     return bad_input(
-        "only neurons driven by energy density can be fitted: start from goodwin, finger or "
-        "goodwin-cs");
+        "only neurons driven by energy density can be fitted: start from goodwin or finger");
   }
   const std::vector<DataSet> sets = fitted_sets(given);
   if (sets.empty()) return bad_input("the data file contains no rates or declines to fit");

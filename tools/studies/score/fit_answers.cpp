@@ -63,7 +63,7 @@ Eigen::VectorXd FitAnswers::of(const TactileModel::Parameters& parameters) {
   TactileModel::Parameters own = parameters;
   for (const FitTrace& trace : traces_) {
     own.step = trace.step;
-    if (!tables_.contains(own.step)) tables_.emplace(own.step, *afferent_tables_of(own));
+    if (!tables_.contains(own.step)) tables_.emplace(own.step, afferent_tables_of(own));
   }
   for_each_item(traces_.size(), threads_, [&](std::size_t /*worker*/, std::size_t i) {
     answers[static_cast<Eigen::Index>(i)] = answer(parameters, traces_[i]);

@@ -73,9 +73,8 @@ Expected<PinArrayTrials, ParameterError> PinArrayTrials::create(
     const TactileModel::Parameters& scene, const PinArray& array, std::size_t trials) {
   auto model = TactileModel::create(repeated_afferent(scene, Stimulus{}, trials));
   if (!model) return Unexpected<ParameterError>(model.error());
-  auto tables = afferent_tables_of(model->parameters());
-  if (!tables) return Unexpected<ParameterError>(tables.error());
-  auto afferents = Afferents::create(model->parameters(), 0, trials, *tables);
+  auto afferents =
+      Afferents::create(model->parameters(), 0, trials, afferent_tables_of(model->parameters()));
   if (!afferents) return Unexpected<ParameterError>(afferents.error());
   return PinArrayTrials(*model, array, std::move(*afferents));
 }

@@ -18,7 +18,7 @@ Afferents driven_neurons(const TactileModel::Parameters& scene, std::size_t coun
   TactileModel::Parameters bare = scene;
   bare.adaptation = {
       .gain_Hz_per_kPa = 1.0, .fast_weight = 0.0, .slow_weight = 0.0, .compression_ms = 0.0};
-  return *Afferents::create(bare, 0, count, *afferent_tables_of(bare));
+  return *Afferents::create(bare, 0, count, afferent_tables_of(bare));
 }
 
 /// Spike times of each neuron under constant drives, s, after one second of settling.
