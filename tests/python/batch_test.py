@@ -197,6 +197,36 @@ class Program(Case):
         for row in self.table(out):
             self.assertEqual((out / row["file"]).read_bytes()[:4], b"\x89HDF")
 
+    def test_python_and_the_program_go_on_with_each_other_s_folder(self):
+        out, scene = self.folder / "out", self.folder / "own.toml"
+        scene.write_text('preset = "goodwin"\n[skin]\nradius_mm = 8\n')
+        jobs = [{**JOBS[0], "name": "first"}, {"scene": str(scene), "probe": "replay:taps", "duration_s": 0.5, "name": "second"},
+                {**JOBS[2], "name": "third"}]
+        self.batch(self.jobs(jobs[:2]), "--out", out, "--keep", "csv")
+        done = merkel.batch(jobs, out=out, keep="csv")
+        rows = (out / "rows.jsonl").read_text()
+        self.assertEqual(rows.count("\n"), 3)
+        self.batch(self.jobs(jobs), "--out", out, "--keep", "csv")
+        self.assertEqual((out / "rows.jsonl").read_text(), rows)
+        for row, same in zip(self.table(out), done.rows):
+            self.assertEqual({name: row[name] for name in ("id", "spike_hash", "file", "command")},
+                             {name: same[name] for name in ("id", "spike_hash", "file", "command")})
+        self.assertEqual([result.file.name for result in done], ["first.csv", "second.csv", "third.csv"])
+        with self.assertRaisesRegex(merkel.Error, "two different jobs have the name"):
+            merkel.batch([{"seed": 1, "name": "a"}, {"seed": 2, "name": "a"}], out=out, keep="csv")
+        self.assertIn("cannot be that of its kept file", merkel.batch([{"name": "a/b"}], out=out, keep="csv").rows[0]["error"])
+
+    def test_each_row_has_the_command_that_repeats_it(self):
+        job = {**JOBS[1], "duration_s": 0.75, "probe.tip": "bars", "probe.bar_gaps_mm": "[3, 5]"}
+        self.batch(self.jobs([job]), "--out", self.folder / "out")
+        [row] = self.table(self.folder / "out")
+        command = row["command"].replace("merkel run", PROGRAM + " run --json", 1)
+        repeated = subprocess.run(["sh", "-c", command], capture_output=True, text=True)
+        self.assertEqual(repeated.returncode, 0, command + repeated.stderr)
+        self.assertEqual(str(json.loads(repeated.stdout)["spikes"]), row["spikes"])
+        in_python = merkel.batch([job]).rows[0]["command"]  # with the whole path
+        self.assertEqual(in_python.replace(os.path.abspath(TRACE), TRACE), row["command"])
+
     def test_a_table_that_no_batch_has_written_is_kept(self):
         (self.folder / "results.csv").write_text("mine")
         with self.assertRaisesRegex(merkel.Error, "no batch has written it"):

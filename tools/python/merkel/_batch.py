@@ -95,7 +95,8 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     (a repeated call knows it by its name).
 
     A job that fails is a row with the error. With out, a folder, finished jobs are recorded at once, and a repeated
-    call runs only the others; out/results.csv is the table. executor is any concurrent.futures.Executor whose
+    call runs only the others, and so does `merkel batch` with the same folder; out/results.csv is the table, whose last
+    column is the command that repeats the job. A kept file is named by name, or by the job's id. executor is any concurrent.futures.Executor whose
     workers can import merkel (Dask: client.get_executor()); by default, one process for each core runs the
     jobs, or as many as cores says. progress shows a bar (needs tqdm); by default on a terminal.
 
@@ -105,7 +106,7 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     ['done', 'done']
     """
     journal = Journal(out) if out is not None else None
-    rows, kept, twins = {}, {}, {}
+    rows, kept, twins, files = {}, {}, {}, {}
 
     def new_jobs():
         for number, given in enumerate(dicts(jobs)):
@@ -117,6 +118,9 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
             numbers_of_job.append(number)
             if len(numbers_of_job) > 1:
                 continue
+            if files.setdefault(job["file"], row["id"]) != row["id"] and job["file"]:
+                raise Error(f"two different jobs have the name \"{job['name']}\", but each keeps a file of its name: "
+                            "give them different names")
             finished = journal.finished(row["id"]) if journal else None
             if finished is None:
                 yield job

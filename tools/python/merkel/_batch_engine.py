@@ -109,13 +109,15 @@ class Journal:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise Error(f"another batch is writing to {folder}: wait for its end, or use another folder") from None
-        self._outcomes = {}
+        self._outcomes, self._job_of_file = {}, {}
         self._file.seek(0)
         text = self._file.read()
         for line in text.splitlines():
             try:
                 entry = json.loads(line)
-                self._outcomes[entry.pop("id")] = entry
+                identity = entry.pop("id")
+                self._outcomes[identity] = entry
+                self._job_of_file[entry.get("file", "")] = identity
             except (ValueError, KeyError, AttributeError):
                 continue  # a line that a killed process left unfinished
         if text and not text.endswith("\n"):
@@ -126,7 +128,10 @@ class Journal:
         outcome = self._outcomes.get(identity)
         if outcome is None or outcome["status"] != "done":
             return None
-        return outcome if not outcome["file"] or os.path.exists(os.path.join(self.folder, outcome["file"])) else None
+        file = outcome["file"]
+        # A job of the same name may have replaced the file since.
+        own = self._job_of_file.get(file) == identity and os.path.exists(os.path.join(self.folder, file))
+        return outcome if not file or own else None
 
     def add(self, identity, outcome):
         self._file.write(json.dumps({"id": identity, **outcome}) + "\n")

@@ -8,6 +8,7 @@ import numpy as np
 from ._merkel import Error, Scene, __version__, _git_hash, presets
 
 FORMATS = {"nwb": "nwb", "xdf": "xdf", "csv": "csv", "sonata": "h5", "gdf": "gdf"}
+EXTENSIONS = {**FORMATS, "spikes": "npz"}
 _MOST_BYTES = 64 << 20  # that pass through a scheduler for one job
 _MOST_SCENES = 2
 _scenes = collections.OrderedDict()
@@ -42,9 +43,8 @@ def run_job(job):
 
 def _run(job):
     keep, folder = job["keep"], job["folder"]
-    file, sinks = "", []
+    file, sinks = job["file"], []
     if keep in FORMATS:
-        file = f"{job['id']}.{FORMATS[keep]}"
         sinks = [f"{keep}:{os.path.join(folder, file)}"]
     press = job["press"] or {}
     run = _scene_of(job).run(**press, probe=job["probe"], seed=job["seed"], duration_s=job["duration_s"], sinks=sinks,
@@ -56,10 +56,9 @@ def _run(job):
             array = np.asarray(kept)
             if array.dtype.hasobject:
                 raise Error(f"keep returned {type(kept).__name__}: with out=, return numbers or an array")
-            file, kept = job["id"] + ".npy", None
+            kept = None
             _write(folder, file, lambda out: np.save(out, array, allow_pickle=False))
     elif keep == "spikes" and folder is not None:
-        file = job["id"] + ".npz"
         _write(folder, file, lambda out: np.savez(out, spikes=run.spikes, stimulation=run.stimulation,
                                                   afferents=run.afferents, start_s=run.start_s,
                                                   duration_s=run.duration_s))
@@ -74,7 +73,7 @@ def _run(job):
         "status": "done", "error": "", "spikes": len(run.spikes), "firing": int(np.count_nonzero(counts)),
         "rate_hz": round(len(run.spikes) / max(len(run.afferents), 1) / span_s, 6),
         "busiest_hz": round(int(counts.max()) / span_s, 6), "simulated_s": run.duration_s, "verdict": run.verdict,
-        "version": f"{__version__} {_git_hash}", "spike_hash": run.spike_hash, "file": file}
+        "version": f"{__version__} {_git_hash}", "spike_hash": run.spike_hash, "file": file, "command": job["command"]}
 
 
 def _write(folder, name, write):

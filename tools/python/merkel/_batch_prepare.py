@@ -1,19 +1,17 @@
 """What becomes of the jobs of merkel.batch() before they run: rows of its table, and what a worker needs."""
 import hashlib
-import json
 import numbers
 import os
-import pathlib
 
 import numpy as np
 
-from ._batch_job import FORMATS
-from ._merkel import Error, Scene, __version__, _git_hash, presets
+from ._batch_job import EXTENSIONS, FORMATS
+from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, presets
 
 _KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
 _PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
 RESULTS = ("status", "error", "spikes", "firing", "rate_hz", "busiest_hz", "simulated_s", "verdict", "version", "spike_hash",
-           "file", "run_s")
+           "file", "run_s", "command")
 
 
 def dicts(jobs):
@@ -48,15 +46,6 @@ def _whole(name, value):
     return int(value)
 
 
-def _digest(path, _known={}):
-    """A hash of a file's content; it is read once while it does not change."""
-    status = os.stat(path)
-    key = os.path.realpath(path), status.st_mtime_ns, status.st_size
-    if key not in _known:
-        _known[key] = hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
-    return _known[key]
-
-
 def _scene(given):
     """What a worker makes the scene of: the name of a preset, or a text."""
     if isinstance(given, Scene):
@@ -67,15 +56,16 @@ def _scene(given):
 
 
 def _probe(given):
-    """(URI, hash of its file). Recordings get their whole path, because workers may run in other folders."""
+    """A URI. Recordings get their whole path, because workers may run in other folders."""
     uri = given if isinstance(given, str) and given.partition(":")[0].isalpha() and ":" in given else "replay:" + os.fspath(given)
     if not uri.startswith("replay:"):
-        return uri, None
+        return uri
     path, mark, options = uri[len("replay:"):].partition("?")
-    path = os.path.abspath(path)
-    if not os.path.isfile(path):
-        raise Error(f"there is no recording {path}")
-    return "replay:" + path + mark + options, _digest(path)
+    if os.path.exists(path):
+        path = os.path.abspath(path)
+    elif os.path.dirname(path) or os.path.splitext(path)[1]:
+        raise Error(f"there is no recording {os.path.abspath(path)}")
+    return "replay:" + path + mark + options
 
 
 def prepared(number, given, keep, folder):
@@ -107,14 +97,14 @@ def _job(given, row, keep, folder):
             raise Error(f"a job has no key {name}: the known ones are {', '.join(_KEYS)}, and keys of the scene such "
                         "as skin.radius_mm")
     job = {"scene": _scene(given.get("scene", "paper")), "overrides": {name: _text(value) for name, value in overrides.items()},
-           "press": None, "probe": None, "seed": None, "duration_s": None, "folder": folder,
-           "keep": given.get("keep", keep)}
+           "press": None, "probe": None, "file": "", "command": "", "seed": None, "duration_s": None, "folder": folder,
+           "keep": given.get("keep", keep), "name": str(given.get("name", ""))}
     if not callable(job["keep"]):
         if job["keep"] not in ("spikes", "table", *FORMATS):
             raise Error(f"keep must be a function or one of spikes, table, {', '.join(FORMATS)}, but is {job['keep']!r}")
         if job["keep"] in FORMATS and folder is None:
             raise Error(f"keep=\"{job['keep']}\" writes files: pass out=FOLDER")
-    content = [__version__, _git_hash, job["scene"], list(job["overrides"].items())]
+    more = ""
     press = given.get("press")
     if press is not None and "probe" in given:
         raise Error("pass either a press or a probe, not both")
@@ -124,19 +114,27 @@ def _job(given, row, keep, folder):
             raise Error(f"a press has no {unknown[0]}: its arrays are {', '.join(_PRESS)}")
         job["press"] = {name: value if name == "rate_hz" else np.asarray(value, float) for name, value in press.items()}
         for name, value in sorted(job["press"].items()):
-            content.append([name, np.shape(value), hashlib.sha256(np.ascontiguousarray(value, float).tobytes()).hexdigest()])
+            digest = hashlib.sha256(np.ascontiguousarray(value, float).tobytes()).hexdigest()
+            more += f"{name} {np.shape(value)} {digest}\n"
         row["press"] = "arrays"
     elif press is not None or "probe" in given:
-        job["probe"], file_hash = _probe(press if press is not None else given["probe"])
-        content.append([job["probe"], file_hash])
+        job["probe"] = _probe(press if press is not None else given["probe"])
         row["probe"] = job["probe"]
     if "seed" in given:
         job["seed"] = _whole("seed", given["seed"])
     if "duration_s" in given:
         job["duration_s"] = float(given["duration_s"])
-    kept = job["keep"] if isinstance(job["keep"], str) else f"{job['keep'].__module__}.{job['keep'].__qualname__}"
-    content += [job["seed"], job["duration_s"], kept]
-    job["id"] = hashlib.sha256(json.dumps(content).encode()).hexdigest()[:16]
+    if callable(job["keep"]):
+        kept = f"{job['keep'].__module__}.{job['keep'].__qualname__}"
+    else:
+        kept = "" if job["keep"] == "table" else job["keep"]
+    job["id"] = _batch_id(job["scene"], job["probe"] or "", job["seed"], job["duration_s"], kept, job["name"],
+                          list(job["overrides"].items()), more)
+    if not job["press"] and not isinstance(given.get("scene"), Scene):
+        job["command"] = _batch_command(str(given.get("scene", "paper")), job["probe"] or "", job["seed"], job["duration_s"],
+                                        list(job["overrides"].items()))
+    if folder is not None and kept:
+        job["file"] = _kept_file(job["id"], job["name"], "npy" if callable(job["keep"]) else EXTENSIONS[kept])
     return job
 
 

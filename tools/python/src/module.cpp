@@ -9,6 +9,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "tools/batch/batch_job.hpp"
 #include "tools/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
@@ -163,6 +164,37 @@ PYBIND11_MODULE(_merkel, module) {
   py::register_exception<Error>(module, "Error", PyExc_RuntimeError);
   register_rows();
   add_tables(module);
+  module.def(
+      "_batch_id",
+      [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
+         std::optional<double> duration_s, const std::string& kept, const std::string& name,
+         const SceneOverrides& overrides, const std::string& more) {
+        return batch_id({.scene = {},
+                         .name = name,
+                         .probe = probe,
+                         .seed = seed,
+                         .duration_s = duration_s,
+                         .overrides = overrides},
+                        scene, kept, more);
+      },
+      "batch_id() of tools/batch/batch_job.hpp.");
+  module.def(
+      "_batch_command",
+      [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
+         std::optional<double> duration_s, const SceneOverrides& overrides) {
+        return command_of({.scene = scene,
+                           .probe = probe,
+                           .seed = seed,
+                           .duration_s = duration_s,
+                           .overrides = overrides});
+      },
+      "command_of() of tools/batch/batch_job.hpp.");
+  module.def(
+      "_kept_file",
+      [](const std::string& id, const std::string& name, const std::string& extension) {
+        return or_throw(kept_file({.id = id, .scene = {}, .name = name}, extension));
+      },
+      "kept_file() of tools/batch/batch_job.hpp.");
   add_scene_class(module);
   add_run(module);
   add_output(module);
