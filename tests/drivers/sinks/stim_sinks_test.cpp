@@ -97,6 +97,7 @@ TEST(StimCsvSink, EachRowIsInTheFileOnceAndAtOnceInTheTimeAskedFor) {
   EXPECT_EQ(text_of(path + ".part"), rows);
   ASSERT_TRUE((*sink)->close());
   EXPECT_EQ(text_of(path), rows);
+  EXPECT_TRUE(has(text_of(path + ".time"), "time_zero = run\n")) << text_of(path + ".time");
 }
 
 TEST(StimSinks, RefuseWhatTheyDoNotKnowAndWhatExists) {
