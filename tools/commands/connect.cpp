@@ -29,7 +29,6 @@
 #include "tools/connect/recognition.hpp"
 #include "tools/connect/rest_drift.hpp"
 #include "tools/connect/skin_contact.hpp"
-#include "tools/number_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -287,10 +286,7 @@ void print(const Measurement& measured) {
                 measured.info.taxels, layout.columns, layout.rows);
   }
   if (measured.is_hand()) std::printf("\nchannels: %zu in each reading", measured.channels.size());
-  std::printf("\nrate: %.4g samples/s with %s ms of jitter; loop delay in a run: %s ms\n",
-              1e3 / units::ms_from(measured.timing->period),
-              number_text(units::ms_from(measured.timing->jitter)).c_str(),
-              number_text(units::ms_from(measured.timing->delay)).c_str());
+  std::printf("\n%s", timing_text(*measured.timing).c_str());
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
   if (measured.drift) {
     const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
