@@ -19,6 +19,7 @@
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "drivers/uri.hpp"
@@ -126,7 +127,7 @@ struct Measurement {
       return !channel.name.ends_with("_kPa");
     };
     return std::count_if(channels.begin(), channels.end(), presses) > 1 &&
-           !info.extra_columns.empty();
+           !std::ranges::all_of(info.extra_columns, is_sync_name);
   }
   [[nodiscard]] bool is_array() const { return info.taxels > 0; }
 };
@@ -148,6 +149,7 @@ std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sa
     values.push_back({.name = "depth_mm", .value = sample.depth_mm});
   }
   for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
+    if (is_sync_name(info.extra_columns[i])) continue;
     values.push_back({.name = info.extra_columns[i], .value = further[i]});
   }
   return values;

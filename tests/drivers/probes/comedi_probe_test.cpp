@@ -157,6 +157,24 @@ TEST_F(ComediProbe, VoltsBecomeForceAndDepthByTheirFactors) {
   }
 }
 
+TEST_F(ComediProbe, AChannelIsASyncLineFromALevelOn) {
+  card.largest = 101;  // a sawtooth of 100 scans
+  const auto probe =
+      open("columns=force_V,sync&force_N_per_V=1&range=0:10&rate_hz=1000&sync=sync:5");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  Readings readings = (*probe)->readings();
+  std::vector<std::uint16_t> levels;
+  for (std::size_t count = 0; count < 1000; count += readings.size()) {
+    ASSERT_TRUE((*probe)->read(readings, milliseconds{10}));
+    for (const SyncEdge& edge : readings.edges()) {
+      EXPECT_EQ(edge.line, 1U);
+      levels.push_back(edge.level);
+    }
+  }
+  ASSERT_NEAR(static_cast<double>(levels.size()), 20.0, 2.0);
+  for (std::size_t i = 1; i < levels.size(); ++i) EXPECT_NE(levels[i], levels[i - 1]);
+}
+
 // Two minutes of 20 kHz on eight channels, read in the kernel's portions, by a clock that is 40 ppm
 // fast.
 TEST_F(ComediProbe, EveryScanArrivesOnceAndInItsPlace) {
