@@ -12,6 +12,7 @@
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/scene_object.hpp"
+#include "tools/run/session_alignment.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel::python {
@@ -150,6 +151,33 @@ void add_session(py::module_& module) {
             return facts;
           },
           "Metadata of the recording, by name. If a name is repeated, the first value.")
+      .def_property_readonly(
+          "alignments",
+          [](const SessionObject& session) {
+            py::dict alignments;
+            for (const RecordedAlignment& each : recorded_alignments(session.facts)) {
+              // np.interp does not go beyond the points, as ClockMap does.
+              constexpr std::chrono::hours kDay{24};
+              const ClockMap map(each.points);
+              std::vector<ClockReading> all = map.readings();
+              const auto first = all.front().from - kDay;
+              const auto last = all.back().from + kDay;
+              all.insert(all.begin(), {.from = first, .to = map(first)});
+              all.push_back({.from = last, .to = map(last)});
+              py::array_t<double> points({all.size(), std::size_t{2}});
+              auto at = points.mutable_unchecked<2>();
+              for (py::ssize_t i = 0; i < at.shape(0); ++i) {
+                const ClockReading& point = all[static_cast<std::size_t>(i)];
+                at(i, 0) = units::s_from(point.from - session.origin.start);
+                at(i, 1) = units::s_from(point.to);
+              }
+              alignments[py::str(each.to)] = std::move(points);
+            }
+            return alignments;
+          },
+          "The alignments that merkel align --sink xdf:FILE has recorded, by the file of the other recorder's pulses: "
+          "(points, 2) of time_s here and on the other clock, linear in between, to a day before and after: "
+          "np.interp(times_s, *alignment.T) converts times.")
       .def_property_readonly(
           "scene",
           [](const SessionObject& session) {
