@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <memory>
+#include <span>
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -18,6 +21,58 @@
 namespace merkel::python {
 
 namespace py = pybind11;
+
+namespace {
+
+/// The samples of a stream of any program.
+struct StreamSamples {
+  std::vector<double> stamps_s;
+  std::string values;
+  std::vector<std::string> texts;
+};
+
+/// Of each stream its number, header, format, channels, times on the recorder's clock, values
+/// (bytes, or a list of the texts) and the residual of its clock.
+py::list xdf_streams(const std::filesystem::path& path) {
+  std::map<std::uint32_t, XdfStream> streams;
+  std::map<std::uint32_t, StreamSamples> samples;
+  {
+    const GilRelease no_gil;
+    XdfFile file =
+        or_throw(XdfFile::open(path.string(), std::numeric_limits<std::uint64_t>::max()));
+    const auto take = [&](std::uint32_t number, const XdfStream& stream,
+                          std::span<const std::string_view> row) {
+      StreamSamples& to = samples[number];
+      to.stamps_s.push_back(stream.stamp_s);
+      if (stream.value_bytes > 0) {
+        to.values += row.front();
+      } else {
+        to.texts.insert(to.texts.end(), row.begin(), row.end());
+      }
+    };
+    streams = or_throw(read_xdf_streams(file, take));
+  }
+  py::list all;
+  for (const auto& [number, stream] : streams) {
+    const ClockLine line = or_throw(ClockLine::through(stream.offsets, stream.name));
+    const StreamSamples& own = samples[number];
+    py::array_t<double> time_s(static_cast<py::ssize_t>(own.stamps_s.size()));
+    std::transform(own.stamps_s.begin(), own.stamps_s.end(), time_s.mutable_data(), line);
+    py::object values = py::bytes(own.values);
+    if (stream.value_bytes == 0) {
+      py::list texts;
+      for (const std::string& text : own.texts) texts.append(py::bytes(text));
+      values = std::move(texts);
+    }
+    const double error_s =
+        stream.offsets.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : line.residual_s;
+    all.append(py::make_tuple(number, py::bytes(stream.header), stream.format, stream.channels,
+                              time_s, values, error_s));
+  }
+  return all;
+}
+
+}  // namespace
 
 /// The pressures at a tick: those of the tick before, and the blocks that changed.
 void SessionObject::add_taxels(const TickRecord& tick, std::deque<TaxelBlock>& blocks) {
@@ -204,6 +259,7 @@ void add_session(py::module_& module) {
           "complete", &SessionObject::complete,
           "True if the recording is complete; otherwise it is read up to its last complete chunk.");
 
+  module.def("_xdf_streams", &xdf_streams);  // merkel.load_streams presents them
   module.def(
       "load",
       [](const std::filesystem::path& file) {
