@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kRobust_s = 1e-4;  ///< an offset further from the line counts less
 constexpr int kMaxSteps = 200;
+constexpr double kResetStep_s = 1.0;  ///< beyond the median step
+constexpr double kResetGap_s = 5.0;   ///< beyond the median time between offsets
 
 double median_of(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -16,11 +18,33 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
+/// As pyxdf finds it: time goes back, or a large step after a gap. \param offsets  two or more
+bool was_reset(const ClockOffsets& offsets) {
+  std::vector<double> steps_s;
+  std::vector<double> gaps_s;
+  for (std::size_t i = 1; i < offsets.size(); ++i) {
+    gaps_s.push_back(offsets[i].first - offsets[i - 1].first);
+    steps_s.push_back(std::fabs(offsets[i].second - offsets[i - 1].second));
+  }
+  const double step_s = kResetStep_s + median_of(steps_s);
+  const double gap_s = kResetGap_s + median_of(gaps_s);
+  for (std::size_t i = 0; i < gaps_s.size(); ++i) {
+    if (gaps_s[i] < 0.0 || (steps_s[i] > step_s && gaps_s[i] > gap_s)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-ClockLine ClockLine::through(const std::vector<std::pair<double, double>>& offsets) {
-  if (offsets.empty()) return {};
-  if (offsets.size() == 1) return {.offset_s = offsets[0].second};
+Expected<ClockLine, SetupError> ClockLine::through(const ClockOffsets& offsets,
+                                                   const std::string& stream) {
+  if (offsets.empty()) return ClockLine{};
+  if (offsets.size() == 1) return ClockLine{.offset_s = offsets[0].second};
+  if (was_reset(offsets)) {
+    return bad_input("the clock of " + stream +
+                     " was reset during the recording, so its times have no line: read the parts "
+                     "before and after with pyxdf");
+  }
   double middle_s = offsets[0].first;
   for (const auto& [time_s, offset_s] : offsets) middle_s = std::min(middle_s, time_s);
   std::vector<double> weights(offsets.size(), 1.0);
@@ -54,7 +78,7 @@ ClockLine ClockLine::through(const std::vector<std::pair<double, double>>& offse
     }
     if (std::fabs(at_middle - before) < 1e-13 && std::fabs(drift - drift_before) < 1e-15) break;
   }
-  return {
+  return ClockLine{
       .offset_s = at_middle - drift * middle_s, .drift = drift, .residual_s = median_of(residuals)};
 }
 

@@ -29,6 +29,8 @@ class ClockMap {
   [[nodiscard]] ClockMap inverse() const;
   /// First this map, then `next`.
   [[nodiscard]] ClockMap then(const ClockMap& next) const;
+  /// The instants between which it is linear. Empty: the identity.
+  [[nodiscard]] const std::vector<ClockReading>& readings() const noexcept { return knots_; }
   /// Of a straight line each.
   [[nodiscard]] std::size_t pieces() const noexcept {
     return knots_.size() < 3 ? 1 : knots_.size() - 1;

@@ -49,7 +49,7 @@ std::vector<std::pair<double, double>> analog_ranges(std::string_view text) {
 /// Makes the factors of columns those to one volt. \return what is wrong; empty: nothing
 std::string take_volts(std::vector<CsvColumn>& columns) {
   for (CsvColumn& column : columns) {
-    if (column.kind == CsvColumn::Kind::kSkip) continue;
+    if (column.kind == CsvColumn::Kind::kSkip || column.sync) continue;  // a sync line stays in V
     const auto mark = column.name.rfind('_');
     const auto unit = unit_named(mark == std::string::npos ? "" : column.name.substr(mark + 1));
     if (!unit || unit->quantity != Quantity::kVoltage) {

@@ -48,12 +48,6 @@ struct NamedCell {
   }
 };
 
-/// "sync", "sync1", "sync2", …
-bool is_sync_name(std::string_view name) noexcept {
-  return name.starts_with("sync") &&
-         std::all_of(name.begin() + 4, name.end(), [](char c) { return is_digit(c); });
-}
-
 /// Adds a name or, for "taxel_kPa*256", as many numbered ones. False if the number is wrong.
 bool add_names(std::string_view text, std::vector<std::string>& names) {
   const auto star = text.rfind('*');
@@ -99,6 +93,11 @@ std::optional<double> stated_factor(const CsvColumn& column, std::string_view un
 }
 
 }  // namespace
+
+bool is_sync_name(std::string_view name) noexcept {
+  return name.starts_with("sync") &&
+         std::all_of(name.begin() + 4, name.end(), [](char c) { return is_digit(c); });
+}
 
 bool is_electrical_press(std::string_view name) {
   const auto mark = name.rfind('_');

@@ -72,6 +72,9 @@ struct CsvColumn {
 /// The names and units of columns, for messages.
 [[nodiscard]] std::string csv_column_names();
 
+/// True for a sync line: "sync", "sync1", "sync2", …
+[[nodiscard]] bool is_sync_name(std::string_view name) noexcept;
+
 /// Reads the field of a column into a reading, a sequence number into `number`. False if the field
 /// does not hold what the column requires.
 [[nodiscard]] bool read_csv_column(const CsvColumn& column, std::string_view field,

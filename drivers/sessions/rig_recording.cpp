@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <memory>
 #include <optional>
+#include <span>
 #include <system_error>
 
 #include <pugixml.hpp>
@@ -44,125 +44,74 @@ std::pair<std::string, std::string> split_rig(const std::string& path) {
   return {path.substr(0, at), path.substr(at + 1)};
 }
 
-/// What the file says of its streams, by number.
+/// A stream that a sink lsl: has sent.
 struct RigRecording::Found {
-  std::map<std::uint32_t, std::unique_ptr<pugi::xml_document>> headers;
-  std::map<std::uint32_t, std::vector<std::pair<double, double>>> offsets;
-  std::map<std::uint32_t, double> first_s;
-  std::map<std::uint32_t, std::vector<double>> ends_s;
+  XdfStream samples;
+  pugi::xml_document header;
+  std::optional<double> first_s = {};
+  std::vector<double> ends_s = {};
 
-  [[nodiscard]] pugi::xml_node info(std::uint32_t number) const {
-    return headers.at(number)->child("info");
-  }
-  [[nodiscard]] bool is_marks(std::uint32_t number) const {
-    if (!headers.contains(number)) return false;
-    const std::string name = info(number).child_value("name");
-    return name.ends_with(".marks") &&
-           std::string_view(info(number).child_value("channel_format")) == "string" &&
-           info(number).child_value("source_id") == std::string(kRigSource) + name;
-  }
-  /// The rigs: the streams of spikes.
-  [[nodiscard]] std::vector<std::uint32_t> rigs() const {
-    std::vector<std::uint32_t> numbers;
-    for (const auto& [number, header] : headers) {
-      const std::string name = info(number).child_value("name");
-      if (std::string_view(info(number).child_value("type")) == "Spikes" &&
-          info(number).child_value("source_id") == std::string(kRigSource) + name) {
-        numbers.push_back(number);
-      }
-    }
-    return numbers;
-  }
+  [[nodiscard]] pugi::xml_node info() const { return header.child("info"); }
 };
 
 Expected<bool, SetupError> RigRecording::read(XdfFile& file, std::string_view rig) {
-  Found found;
-  XdfChunk chunk;
+  std::map<std::uint32_t, double> first_s;
+  std::map<std::uint32_t, std::vector<double>> ends_s;
+  auto streams =
+      read_xdf_streams(file, [&](std::uint32_t number, const XdfStream& stream, const auto& row) {
+        first_s.try_emplace(number, stream.stamp_s);
+        if (row.front() == kRigEnd) ends_s[number].push_back(stream.stamp_s);
+      });
   file.rewind();
-  for (;;) {
-    const auto more = file.next(chunk);
-    if (!more) return more;
-    if (!*more) break;
-    ByteSpan bytes(chunk.content);
-    std::uint32_t number = 0;
-    if (chunk.tag == XdfTag::kFileHeader || !bytes.take(number)) continue;
-    double time_s = 0.0;
-    double offset_s = 0.0;
-    if (chunk.tag == XdfTag::kStreamHeader) {
-      auto header = std::make_unique<pugi::xml_document>();
-      if (!header->load_buffer(chunk.content.data() + sizeof number, bytes.left())) {
-        return file.damaged("a stream's header is not XML");
-      }
-      found.headers[number] = std::move(header);
-    } else if (chunk.tag == XdfTag::kClockOffset) {
-      if (!bytes.take(time_s) || !bytes.take(offset_s) || !is_time(time_s) || !is_time(offset_s)) {
-        return file.damaged("an offset of clocks has an invalid value");
-      }
-      found.offsets[number].emplace_back(time_s, offset_s);
-    } else if (chunk.tag == XdfTag::kSamples) {
-      const std::string_view content(chunk.content.data() + sizeof number, bytes.left());
-      if (!found.first_s.contains(number)) {
-        std::uint64_t count = 0;
-        std::uint8_t stamp = 0;
-        if (bytes.take_count(count) && count > 0 && bytes.take(stamp) && stamp == sizeof time_s &&
-            bytes.take(time_s)) {
-          found.first_s[number] = time_s;
-        }
-      }
-      if (!found.is_marks(number)) continue;
-      const auto note_end = [&](double stamp_s, std::string_view label) {
-        if (label == kRigEnd) found.ends_s[number].push_back(stamp_s);
-      };
-      if (!for_each_row({.kind = Stream::Kind::kMarks}, content, note_end)) {
-        return file.damaged("its marks have another form than merkel's");
-      }
+  if (!streams) return Unexpected<SetupError>(streams.error());
+  std::map<std::uint32_t, Found> found;
+  std::vector<std::string> rigs;  // the streams of spikes
+  for (auto& [number, stream] : *streams) {
+    Found each{.samples = std::move(stream), .header = {}};
+    static_cast<void>(each.header.load_string(each.samples.header.c_str()));
+    if (each.info().child_value("source_id") != std::string(kRigSource) + each.samples.name)
+      continue;
+    if (first_s.contains(number)) each.first_s = first_s[number];
+    each.ends_s = std::move(ends_s[number]);
+    if (std::string_view(each.info().child_value("type")) == "Spikes") {
+      rigs.push_back(each.samples.name);
     }
+    found.emplace(number, std::move(each));
   }
-  file.rewind();
-  const auto rigs = found.rigs();
   if (rigs.empty()) return false;
   std::string names;
-  const auto name_of_rig = [&](std::uint32_t number) {
-    return std::string(found.info(number).child_value("name"));
-  };
-  for (const std::uint32_t number : rigs) {
-    names.append(names.empty() ? "" : ", ").append(name_of_rig(number));
-  }
-  std::optional<std::string> chosen;
-  if (rig.empty() && rigs.size() == 1) chosen = name_of_rig(rigs[0]);
-  for (const std::uint32_t number : rigs) {
-    if (name_of_rig(number) == rig) chosen = rig;
-  }
-  if (!chosen) {
+  for (const std::string& each : rigs) names.append(names.empty() ? "" : ", ").append(each);
+  const bool only = rig.empty() && rigs.size() == 1;
+  if (!only && std::ranges::find(rigs, rig) == rigs.end()) {
     return bad_input(file.path() +
                      (rig.empty() ? " is a recording of the rigs "
                                   : " has no rig " + std::string(rig) + ", but ") +
-                     names + ": choose one, " + file.path() + "@" + name_of_rig(rigs[0]));
+                     names + ": choose one, " + file.path() + "@" + rigs[0]);
   }
-  if (auto taken = take(found, *chosen); !taken) return Unexpected<SetupError>(taken.error());
+  if (auto taken = take(found, only ? rigs[0] : std::string(rig)); !taken)
+    return Unexpected<SetupError>(taken.error());
   facts_.emplace_back("recorder", file.path());
   return true;
 }
 
-Expected<void, SetupError> RigRecording::take(const Found& found, const std::string& rig) {
+Expected<void, SetupError> RigRecording::take(const std::map<std::uint32_t, Found>& found,
+                                              const std::string& rig) {
   double start_s = std::numeric_limits<double>::infinity();
   double error_s = 0.0;
   pugi::xml_node description;
   ClockLine clock;
-  for (const auto& [number, header] : found.headers) {
-    const pugi::xml_node info = found.info(number);
-    const std::string name = info.child_value("name");
-    if (info.child_value("source_id") != std::string(kRigSource) + name) continue;
-    const auto offsets = found.offsets.find(number);
-    const ClockLine line =
-        offsets == found.offsets.end() ? ClockLine{} : ClockLine::through(offsets->second);
+  for (const auto& [number, each] : found) {
+    const pugi::xml_node info = each.info();
+    const std::string& name = each.samples.name;
+    const auto line = ClockLine::through(each.samples.offsets, name);
     // All rigs count from the first sample of the file.
-    const auto first = found.first_s.find(number);
-    if (first != found.first_s.end()) start_s = std::min(start_s, line(first->second));
+    if (line && each.first_s) start_s = std::min(start_s, (*line)(*each.first_s));
     if (name != rig && !name.starts_with(rig + ".")) continue;
-    Stream stream;
+    if (!line) return Unexpected<SetupError>(line.error());
+    Stream stream{.samples = each.samples};
+    stream.samples.stamp_s = 0.0;
     const std::string part = name == rig ? "" : name.substr(rig.size() + 1);
-    const std::string_view format = info.child_value("channel_format");
+    const std::string& format = each.samples.format;
     if (part.empty() && format == "int32") {
       description = info.child("desc");
     } else if (part.starts_with("samples") && format == "double64") {
@@ -170,19 +119,18 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
       const auto probe = part == "samples" ? 0 : whole_of(part.substr(part.rfind('.') + 1));
       stream.probe = static_cast<std::uint32_t>(
           std::clamp<std::int64_t>(probe.value_or(0), 0, kMaxSessionProbes - 1));
-      for (const pugi::xml_node& each : info.child("desc").child("channels").children("channel")) {
-        stream.labels.emplace_back(each.child_value("label"));
+      for (const pugi::xml_node& one : info.child("desc").child("channels").children("channel")) {
+        stream.labels.emplace_back(one.child_value("label"));
       }
     } else if (part == "marks" && format == "string") {
       stream.kind = Stream::Kind::kMarks;
-      const auto ends = found.ends_s.find(number);
-      if (ends != found.ends_s.end()) ends_s_ = ends->second;
+      ends_s_ = each.ends_s;
     } else {
       continue;
     }
-    if (part.empty()) clock = line;
-    stream.clock = line;
-    error_s = std::max(error_s, line.residual_s);
+    if (part.empty()) clock = *line;
+    stream.clock = *line;
+    error_s = std::max(error_s, line->residual_s);
     streams_[number] = std::move(stream);
   }
   // The clock of the rig is that of the facts.
@@ -209,28 +157,6 @@ Expected<void, SetupError> RigRecording::take(const Found& found, const std::str
   return {};
 }
 
-/// Passes the stamp and the values of each sample; of a mark, its label. False if they are not of
-/// the stream's form. merkel stamps every sample.
-template <class Take>
-bool RigRecording::for_each_row(const Stream& stream, std::string_view content, Take take) {
-  ByteSpan bytes(content);
-  std::uint64_t count = 0;
-  if (!bytes.take_count(count) || count > bytes.left()) return false;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    std::uint8_t stamped = 0;
-    double stamp_s = 0.0;
-    if (!bytes.take(stamped) || stamped != sizeof stamp_s || !bytes.take(stamp_s)) return false;
-    std::uint64_t length = stream.kind == Stream::Kind::kSpikes
-                               ? sizeof(std::int32_t)
-                               : sizeof(double) * stream.labels.size();
-    if (stream.kind == Stream::Kind::kMarks && !bytes.take_count(length)) return false;
-    std::string_view values;
-    if (!bytes.take_text(length, values)) return false;
-    take(stamp_s, values);
-  }
-  return bytes.left() == 0;
-}
-
 bool RigRecording::is_stale(double stamp_s) const {
   return std::any_of(ends_s_.begin(), ends_s_.end(), [stamp_s](double end_s) {
     return stamp_s > end_s && stamp_s < end_s + kClosing_s;
@@ -244,15 +170,16 @@ bool RigRecording::decode(std::uint32_t number, std::string_view content, Sessio
   using Id = SessionStream::Id;
   chunk.stream = stream.kind == Stream::Kind::kSamples ? Id::kSamples : Id::kSpikes;
   bool in_range = true;
-  const auto decode = [&](double stamp_s, std::string_view row) {
+  const auto decode = [&](std::span<const std::string_view> row) {
+    const double stamp_s = stream.samples.stamp_s;
     const double time_s = stream.clock(stamp_s);
     if (!is_time(time_s)) {
       in_range = false;
     } else if (!is_stale(stamp_s)) {
-      decode_row(stream, ns_of(time_s), row, chunk);
+      decode_row(stream, ns_of(time_s), row.front(), chunk);
     }
   };
-  return for_each_row(stream, content, decode) && in_range;
+  return stream.samples.for_each_sample(content, decode) && in_range;
 }
 
 /// Leaves out what merkel does not send: a stale sample of a run whose end was not recorded.

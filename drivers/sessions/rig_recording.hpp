@@ -43,6 +43,7 @@ class RigRecording {
   struct Stream {
     enum class Kind : std::uint8_t { kSpikes, kSamples, kMarks };
     Kind kind = Kind::kSpikes;
+    XdfStream samples = {};
     std::uint32_t probe = 0;
     std::vector<std::string> labels = {};
     ClockLine clock = {};
@@ -50,9 +51,8 @@ class RigRecording {
   };
   struct Found;
 
-  Expected<void, SetupError> take(const Found& found, const std::string& rig);
-  template <class Take>
-  static bool for_each_row(const Stream& stream, std::string_view content, Take take);
+  Expected<void, SetupError> take(const std::map<std::uint32_t, Found>& found,
+                                  const std::string& rig);
   void decode_row(Stream& stream, std::chrono::nanoseconds time, std::string_view row,
                   SessionChunk& chunk) const;
   [[nodiscard]] bool is_stale(double stamp_s) const;

@@ -124,6 +124,23 @@ std::string session_header(const RunDescription& run, const RunOrigin& origin,
   return xml_of(document);
 }
 
+std::string header_with_fact(const std::string& header, std::string_view name,
+                             std::string_view value,
+                             const std::function<bool(std::string_view)>& replaces) {
+  pugi::xml_document document;
+  // SessionReader refuses a header that is no XML.
+  static_cast<void>(document.load_buffer(header.data(), header.size()));
+  pugi::xml_node facts = document.child("info").child("merkel");
+  const std::string key(name);
+  for (pugi::xml_node fact = facts.child(key.c_str()); fact;) {
+    const pugi::xml_node next = fact.next_sibling(key.c_str());
+    if (replaces(fact.child_value())) facts.remove_child(fact);
+    fact = next;
+  }
+  add(facts, key.c_str(), value);
+  return xml_of(document);
+}
+
 std::string stream_header(const SessionStream& stream, const std::vector<AfferentRow>& afferents) {
   StreamHeader header(stream.name, stream.type, format_of(stream));
   for (const SessionStream::Channel& each : stream.channels) header.channel(each);

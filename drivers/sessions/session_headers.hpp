@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/probe.hpp"
@@ -17,6 +19,11 @@ namespace merkel {
 /// The file header: the facts of the run. \param afferents  as CSV
 [[nodiscard]] std::string session_header(const RunDescription& run, const RunOrigin& origin,
                                          const std::string& afferents);
+/// A file header with another fact. \param replaces  true for the value of a fact of that name that
+/// the new one replaces
+[[nodiscard]] std::string header_with_fact(const std::string& header, std::string_view name,
+                                           std::string_view value,
+                                           const std::function<bool(std::string_view)>& replaces);
 /// Whether a run's times are those of the host's clock: its origin is on both clocks then. A copy
 /// of a session has the clocks of its recording. A session of such a run has the fact `live`.
 [[nodiscard]] bool is_live(const RunDescription& run, const RunOrigin& origin);

@@ -2,23 +2,58 @@
 
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
-#include <string_view>
+#include <vector>
 
+#include <pugixml.hpp>
 #include <sys/stat.h>
 
 #include "drivers/files/input_file.hpp"
+#include "drivers/sessions/byte_span.hpp"
 
 namespace merkel {
 namespace {
 
-/// The longest chunk of a session; longer ones are skipped.
-constexpr std::uint64_t kMaxChunk = std::uint64_t{16} << 20U;
 constexpr std::string_view kXdfMagic = "XDF:";
+
+constexpr std::array<std::pair<std::string_view, std::uint64_t>, 7> kXdfFormats = {{{"int8", 1},
+                                                                                    {"int16", 2},
+                                                                                    {"int32", 4},
+                                                                                    {"int64", 8},
+                                                                                    {"float32", 4},
+                                                                                    {"double64", 8},
+                                                                                    {"string", 0}}};
+
+/// False if it is not XML.
+bool read_header(std::string_view text, XdfStream& stream) {
+  pugi::xml_document document;
+  if (!document.load_buffer(text.data(), text.size())) return false;
+  const pugi::xml_node info = document.child("info");
+  const double rate_Hz = info.child("nominal_srate").text().as_double();
+  stream.header = text;
+  stream.name = info.child_value("name");
+  stream.format = info.child_value("channel_format");
+  stream.period_s = rate_Hz > 0.0 ? 1.0 / rate_Hz : 0.0;
+  for (const auto& [format, bytes] : kXdfFormats) {
+    if (format != stream.format) continue;
+    stream.value_bytes = bytes;
+    stream.channels = info.child("channel_count").text().as_uint();
+  }
+  return true;
+}
+
+bool read_offset(ByteSpan bytes, ClockOffsets& offsets) {
+  double time_s = 0.0;
+  double offset_s = 0.0;
+  if (!bytes.take(time_s) || !bytes.take(offset_s)) return false;
+  offsets.emplace_back(time_s, offset_s);
+  return std::isfinite(time_s) && std::isfinite(offset_s);
+}
 
 }  // namespace
 
-Expected<XdfFile, SetupError> XdfFile::open(const std::string& path) {
+Expected<XdfFile, SetupError> XdfFile::open(const std::string& path, std::uint64_t max_chunk) {
   std::unique_ptr<std::FILE, Close> opened(std::fopen(path.c_str(), "rb"));
   struct stat status {};
   if (!opened || ::fstat(::fileno(opened.get()), &status) != 0) {
@@ -26,14 +61,13 @@ Expected<XdfFile, SetupError> XdfFile::open(const std::string& path) {
   }
   if (!S_ISREG(status.st_mode)) return bad_input(path + " is not a file: use a session (.xdf)");
   ReadFiles::note(path);
-  XdfFile file(path, std::move(opened), static_cast<std::uint64_t>(status.st_size));
+  XdfFile file(path, std::move(opened), static_cast<std::uint64_t>(status.st_size), max_chunk);
   std::array<char, kXdfMagic.size()> magic{};
   if (!file.read_bytes(magic.data(), magic.size()) ||
       std::string_view(magic.data(), magic.size()) != kXdfMagic) {
-    return bad_input(
-        path +
-        " is not a session recorded by the sink xdf: (it does not start with \"XDF:\"); a "
-        "trace is played by merkel run --fast --probe replay:FILE");
+    return bad_input(path +
+                     " is not a session or another XDF file (it does not start with \"XDF:\"); a "
+                     "trace is played by merkel run --fast --probe replay:FILE");
   }
   return file;
 }
@@ -71,7 +105,7 @@ Expected<bool, SetupError> XdfFile::next(XdfChunk& chunk) {
       return damaged("a chunk is too short");
     }
     const std::uint64_t rest = length - sizeof tag;
-    if (length > kMaxChunk) {
+    if (length > max_chunk_) {
       if (::fseeko(file_.get(), static_cast<off_t>(rest), SEEK_CUR) != 0) {
         return damaged("the file is unreadable");
       }
@@ -85,6 +119,67 @@ Expected<bool, SetupError> XdfFile::next(XdfChunk& chunk) {
       return false;
     }
     return true;
+  }
+}
+
+bool XdfStream::for_each_sample(std::string_view content, const Take& take) {
+  ByteSpan bytes(content);
+  std::uint64_t count = 0;
+  const bool texts = value_bytes == 0;
+  if (!bytes.take_count(count) || count > bytes.left()) return false;
+  if (count > 0 && channels > bytes.left()) return false;
+  std::vector<std::string_view> row(texts && count > 0 ? channels : 1);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint8_t stamped = 0;
+    if (!bytes.take(stamped) || (stamped != 0 && stamped != sizeof stamp_s)) return false;
+    if (stamped == 0) {
+      stamp_s += period_s;
+    } else if (!bytes.take(stamp_s)) {
+      return false;
+    }
+    for (std::string_view& values : row) {
+      std::uint64_t length = value_bytes * channels;
+      if ((texts && !bytes.take_count(length)) || !bytes.take_text(length, values)) return false;
+    }
+    take(row);
+  }
+  return bytes.left() == 0;
+}
+
+Expected<std::map<std::uint32_t, XdfStream>, SetupError> read_xdf_streams(
+    XdfFile& file, const std::function<void(std::uint32_t number, const XdfStream& stream,
+                                            std::span<const std::string_view> row)>& take) {
+  std::map<std::uint32_t, XdfStream> streams;
+  XdfChunk chunk;
+  file.rewind();
+  for (;;) {
+    const auto more = file.next(chunk);
+    if (!more) return Unexpected<SetupError>(more.error());
+    if (!*more) return streams;
+    const bool header = chunk.tag == XdfTag::kStreamHeader;
+    if (!header && chunk.tag != XdfTag::kSamples && chunk.tag != XdfTag::kClockOffset) continue;
+    ByteSpan bytes(chunk.content);
+    std::uint32_t number = 0;
+    if (!bytes.take(number)) return file.damaged("a chunk has no stream");
+    const std::string_view content = std::string_view(chunk.content).substr(sizeof number);
+    if (header) {
+      if (!read_header(content, streams[number] = {})) {
+        return file.damaged("a stream's header is not XML");
+      }
+      continue;
+    }
+    const auto found = streams.find(number);
+    if (found == streams.end()) return file.damaged("a stream has no header");
+    XdfStream& stream = found->second;
+    if (chunk.tag == XdfTag::kClockOffset) {
+      if (!read_offset(bytes, stream.offsets)) {
+        return file.damaged("an offset of clocks has an invalid value");
+      }
+    } else if (stream.channels > 0 && !stream.for_each_sample(content, [&](const auto& row) {
+                 take(number, stream, row);
+               })) {
+      return file.damaged("the samples of " + stream.name + " do not have the form of its header");
+    }
   }
 }
 

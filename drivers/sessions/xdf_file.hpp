@@ -3,11 +3,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/expected.hpp"
+#include "drivers/clock/clock_line.hpp"
 #include "drivers/sessions/session_format.hpp"
 
 namespace merkel {
@@ -18,11 +23,15 @@ struct XdfChunk {
   std::string content;
 };
 
-/// Reads the chunks of an XDF file. The memory is bounded: longer chunks than those of a session
-/// are skipped.
+/// Reads the chunks of an XDF file.
 class XdfFile {
  public:
-  [[nodiscard]] static Expected<XdfFile, SetupError> open(const std::string& path);
+  /// The longest chunk of a session.
+  static constexpr std::uint64_t kMaxSessionChunk = std::uint64_t{16} << 20U;
+
+  /// \param max_chunk  bytes; longer chunks are skipped, so that the memory is bounded
+  [[nodiscard]] static Expected<XdfFile, SetupError> open(
+      const std::string& path, std::uint64_t max_chunk = kMaxSessionChunk);
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   /// Reads the next chunk. False at the end.
@@ -39,16 +48,44 @@ class XdfFile {
     void operator()(std::FILE* file) const { static_cast<void>(std::fclose(file)); }
   };
 
-  XdfFile(std::string path, std::unique_ptr<std::FILE, Close> file, std::uint64_t size)
-      : path_(std::move(path)), file_(std::move(file)), size_(size) {}
+  XdfFile(std::string path, std::unique_ptr<std::FILE, Close> file, std::uint64_t size,
+          std::uint64_t max_chunk)
+      : path_(std::move(path)), file_(std::move(file)), size_(size), max_chunk_(max_chunk) {}
   [[nodiscard]] bool read_bytes(void* bytes, std::size_t count);
 
   std::string path_;
   std::unique_ptr<std::FILE, Close> file_;
   std::uint64_t size_;
+  std::uint64_t max_chunk_;
   std::uint64_t place_ = 0;        ///< bytes read so far
   std::uint64_t chunk_start_ = 0;  ///< of the chunk read last
   bool truncated_ = false;
 };
+
+/// A stream of an XDF file, of whichever program.
+struct XdfStream {
+  /// Takes the values of a sample, whose stamp is stamp_s: all bytes as one view or, of texts, a
+  /// view for each channel.
+  using Take = std::function<void(std::span<const std::string_view> row)>;
+
+  std::string header;  ///< XML
+  std::string name;
+  std::string format;             ///< "float32", …
+  std::uint64_t value_bytes = 0;  ///< of a channel; 0: texts
+  std::uint64_t channels = 0;     ///< 0: of unknown form
+  double period_s = 0.0;          ///< from a sample to one without a stamp
+  double stamp_s = 0.0;           ///< of the last sample, on the stream's clock
+  ClockOffsets offsets;
+
+  /// Passes the samples of a chunk. False if the bytes do not have the stream's form.
+  [[nodiscard]] bool for_each_sample(std::string_view content, const Take& take);
+};
+
+/// Reads the streams of a file by their numbers, from its first chunk to its end. A file that ends
+/// within a chunk is read up to there.
+/// \param take  takes each sample of the streams whose form is known
+[[nodiscard]] Expected<std::map<std::uint32_t, XdfStream>, SetupError> read_xdf_streams(
+    XdfFile& file, const std::function<void(std::uint32_t number, const XdfStream& stream,
+                                            std::span<const std::string_view> row)>& take);
 
 }  // namespace merkel

@@ -1,4 +1,5 @@
 """merkel merge: sessions of several rigs on one clock, by UTC or by marks."""
+import json
 import os
 import pathlib
 import re
@@ -29,6 +30,23 @@ def with_facts(session, copy, **facts):
     chunk = struct.pack("<H", 1) + text.encode()
     pathlib.Path(copy).write_bytes(data[:4] + b"\x04" + struct.pack("<I", len(chunk)) + chunk + data[start + length:])
     return str(copy)
+
+
+class Alignment(unittest.TestCase):
+    def test_the_recorded_alignment_converts_times(self):
+        with tempfile.TemporaryDirectory(prefix="merkel-") as folder:
+            session = f"{folder}/a.xdf"
+            subprocess.run([PROGRAM, "run", "paper", "--fast", "--sink", "xdf:" + session], check=True, capture_output=True)
+            self.assertEqual(merkel.load(session).alignments, {})
+            start_ns = round(1e9 * merkel.load(session).start_device_s)
+            alignment = {"to": "TTL", "session_ns": [start_ns, start_ns + 2_000_000_000], "to_ns": [5_000_000_000, 7_000_200_000]}
+            copy = with_facts(session, f"{folder}/b.xdf", alignment=json.dumps(alignment))
+            points = merkel.load(copy).alignments["TTL"]
+            np.testing.assert_allclose(points[1:-1], [[0, 5], [2, 7.0002]], atol=1e-9)
+            for time_s in (-10.0, 1.0, 100.0):
+                self.assertAlmostEqual(np.interp(time_s, *points.T), 5 + 1.0001 * time_s, places=6)
+            broken = with_facts(session, f"{folder}/c.xdf", alignment='{"to": "TTL", "session_ns": [1], "to_ns": []}')
+            self.assertEqual(merkel.load(broken).alignments, {})
 
 
 class Merge(unittest.TestCase):

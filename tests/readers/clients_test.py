@@ -6,17 +6,22 @@ import importlib
 import importlib.metadata
 import logging
 import os
+import pathlib
+import re
 import shutil
+import signal
 import subprocess
 
 import numpy as np
 
 import merkel_program
-from merkel_program import spikes_of_csv
+from merkel_program import free_port, spikes_of_csv, start
+from web_socket import WebSocket
 from xdf_reader import Xdf
 
 OCTAVE, LOAD_XDF = shutil.which("octave-cli"), os.environ.get("MERKEL_LOAD_XDF")
 LIBXDF = os.environ.get("MERKEL_LIBXDF_READER")
+MARKS = ["trial 1, left", "<b> & \"größer\""]
 FACTS = ("experiment_description=A press of five fingertips&experimenter=Doe, Jane&institution=A University&lab=Touch&subject_id=model-1&species=Homo sapiens&sex=U"
          "&age=P30Y")
 
@@ -128,18 +133,35 @@ class Clients(merkel_program.TestCase):
             if name == "merkel.marks" and int(samples) == 0:
                 continue  # libxdf keeps strings as events
             self.assertEqual(int(samples), len(stream.stamps), name)
-            times, values = (np.fromfile(self.path(f"{number}.{part}")) for part in ("times", "values"))
-            np.testing.assert_allclose(times, stream.stamps, rtol=0, atol=1e-6)
-            if len(values) > 0 and name != "merkel.marks":
-                expected = np.array(stream.samples, dtype=float)
-                np.testing.assert_array_equal(values.reshape(-1, int(channels)),
-                                              expected if to_the_bit else expected.astype(np.float32))
+            times, values = (self.path(f"{number}.{part}") for part in ("times", "values"))
+            np.testing.assert_allclose(np.fromfile(times), stream.stamps, rtol=0, atol=1e-6)
+            if name == "merkel.marks":
+                self.assertEqual(pathlib.Path(values).read_text().splitlines(), MARKS)
+                continue
+            expected = np.array(stream.samples, dtype=float)
+            np.testing.assert_array_equal(np.fromfile(values).reshape(-1, int(channels)),
+                                          expected if to_the_bit else expected.astype(np.float32))
         self.assertEqual({own[name].rate for name in ("merkel.ticks", "merkel.ticks.1")}, {0})
 
     def two_probes(self):
-        file = self.path("s.xdf")
-        self.merkel("run", "finger", "--fast", "--duration-s", "1.5", "--probe", "sim:taps", "--probe", "sim:sine?x_mm=20",
-                    "--sink", "xdf:" + file)
+        """The session of a live run with two probes, and marks that were set on its page."""
+        file, port = self.path("s.xdf"), free_port()
+        program = start("run", "finger", "--probe", "sim:taps?count=1000&live=1", "--probe", "sim:sine?x_mm=20&hold_s=600&live=1",
+                        "--sink", "xdf:" + file, "--sink", f"view:{port}?control=1")
+        token = next(filter(None, (re.search(r"\?token=([0-9a-f]{32})$", line) for line in program.stderr))).group(1)
+        with WebSocket(port, token=token) as page:
+            page.receive()
+            frames = page.frames()
+            begin = next(frames).time_s
+            for label in MARKS:
+                page.send("mark " + label)
+            while next(frames).time_s < begin + 1.5:
+                pass
+            program.send_signal(signal.SIGINT)
+            for _ in frames:
+                pass
+        program.communicate()
+        self.assertEqual([label for label, in Xdf(file).streams["merkel.marks"].samples], MARKS)
         return file
 
     def test_loaders_of_xdf_in_matlab_read_every_stream(self):

@@ -81,7 +81,9 @@ for k = 1:numel(streams)
     file = builtin("fopen", fullfile(folders{3}, sprintf("%d.%s", k, part{1})), "w");
     if strcmp(part{1}, "times")
       fwrite(file, stream.time_stamps, "double");
-    elseif ! iscell(stream.time_series)
+    elseif iscell(stream.time_series)
+      fprintf(file, "%s\n", stream.time_series{:});
+    else
       fwrite(file, stream.time_series, "double");
     end
     fclose(file);

@@ -241,6 +241,77 @@ TEST(Align, TwoHoursOfSpikesAreOnTheRecordersClockToATenthOfAMillisecond) {
   EXPECT_LT(largest_ms, 0.1);
 }
 
+TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
+  const TemporaryFolder folder;
+  const RigClock recorder{.offset_s = 37.5, .rate_ppm = 100.0};
+  const auto session =
+      record(folder.path("a.xdf"), {}, {10, 20}, {}, {}, seen_pulses({}, kLength_s, 1));
+  const auto pulses = folder.file("pulses.csv", csv_of(seen_pulses(recorder, kLength_s, 2)));
+  const std::string copy = folder.path("aligned.xdf");
+  const std::string before = read_file(session);
+  const auto align_to = [&](const std::string& from, const std::string& to,
+                            const std::string& sink) {
+    return run_program({"align", from, "--to", to, "--sink", sink, "--overwrite"});
+  };
+  const ProgramRun run = align_to(session, pulses, "xdf:" + copy);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(read_file(session), before);
+  const auto parts = [](const std::string& path, const std::string& stream) {
+    return run_program({"inspect", "session", path, "--stream", stream}).out;
+  };
+  for (const char* stream : {"spikes", "ticks", "samples", "sync", "marks"}) {
+    EXPECT_EQ(parts(copy, stream), parts(session, stream)) << stream;
+  }
+  const auto facts_of = [](const std::string& path) {
+    return run_program({"inspect", "session", path, "--fact", "alignment"}).out;
+  };
+  const auto fact = nlohmann::json::parse(facts_of(copy));
+  EXPECT_EQ(fact["to"], pulses);
+  EXPECT_NEAR(fact["rate_ppm"].get<double>(), 100.0, 1.0);
+  EXPECT_GE(fact["session_ns"].size(), 2U);
+  EXPECT_EQ(fact["session_ns"].size(), fact["to_ns"].size());
+
+  // The same spikes on the other clock, by the pulses or by what the copy records.
+  const std::string direct = folder.path("direct.csv");
+  const std::string later = folder.path("later.csv");
+  ASSERT_EQ(align_to(session, pulses, "csv:" + direct).exit_code, 0);
+  const ProgramRun recorded = run_program({"align", copy, "--sink", "csv:" + later});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  EXPECT_TRUE(has(recorded.err, "spikes on the clock of " + pulses)) << recorded.err;
+  EXPECT_GT(read_file(direct).size(), 1000U);
+  EXPECT_EQ(read_file(later), read_file(direct));
+
+  // Again: the same file, and one alignment for each recorder.
+  const std::string bytes = read_file(copy);
+  ASSERT_EQ(align_to(session, pulses, "xdf:" + copy).exit_code, 0);
+  EXPECT_EQ(read_file(copy), bytes);
+  const std::string again = folder.path("again.xdf");
+  ASSERT_EQ(align_to(copy, pulses, "xdf:" + again).exit_code, 0);
+  EXPECT_EQ(read_file(again), bytes);
+  const auto second = folder.file("second.csv", read_file(pulses));
+  ASSERT_EQ(align_to(copy, second, "xdf:" + again).exit_code, 0);
+  const std::string both = facts_of(again);
+  EXPECT_EQ(std::count(both.begin(), both.end(), '\n'), 2) << both;
+
+  const auto refused = [](const std::vector<std::string>& arguments, const std::string& words) {
+    const ProgramRun wrong = run_program(arguments);
+    EXPECT_EQ(wrong.exit_code, 2) << wrong.err;
+    EXPECT_TRUE(has(wrong.err, words)) << wrong.err;
+  };
+  refused({"align", session, "--to", pulses, "--sink", "xdf:" + session, "--overwrite"}, session);
+  refused({"align", session, "--sink", "csv:" + folder.path("x.csv")}, "records no alignment");
+  refused({"align", again, "--sink", "csv:" + folder.path("x.csv")},
+          "records alignments to " + pulses + ", " + second);
+  refused({"align", copy, "--sink", "xdf:" + folder.path("x.xdf")}, "--to PULSES");
+  EXPECT_EQ(read_file(session), before);
+
+  // Of a session that broke off, the copy is one, too.
+  const auto cut = folder.file("cut.xdf", before.substr(0, 3 * before.size() / 4));
+  ASSERT_EQ(align_to(cut, pulses, "xdf:" + folder.path("c.xdf")).exit_code, 0);
+  EXPECT_TRUE(has(run_program({"inspect", "session", folder.path("c.xdf")}).out, "ended,no"));
+  EXPECT_EQ(parts(folder.path("c.xdf"), "spikes"), parts(cut, "spikes"));
+}
+
 TEST(Align, PulsesOfAnotherRecordingAreRefused) {
   const TemporaryFolder folder;
   const auto session =

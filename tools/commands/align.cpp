@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -10,8 +9,11 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "drivers/files/output_file.hpp"
+#include "drivers/sessions/session_copy.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/spike_files/pulse_file.hpp"
+#include "drivers/uri.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
 #include "tools/json_text.hpp"
@@ -51,49 +53,79 @@ Expected<std::vector<nanoseconds>, SetupError> pulses_of(const AlignOptions& opt
   return bad_input(options.to + " has the lines " + known + ": choose one with --to-line");
 }
 
-double rms_ms(const std::vector<nanoseconds>& residuals) {
-  double sum = 0.0;
-  for (const nanoseconds each : residuals) sum += std::pow(units::ms_from(each), 2);
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(residuals.size(), 1)));
-}
-
 /// Prints how the session was aligned, and notes it in what is written.
-void print_alignment(const AlignOptions& options, const PulseAlignment& aligned,
-                     const RecordedSession& own, RunDescription& run) {
-  const nanoseconds start = own.origin().start;
-  const nanoseconds offset = aligned.fit.map(start) - start;
-  const double rate_ppm = aligned.fit.map.rate() * 1e6;
-  const double residual_ms = units::ms_from(aligned.fit.residual.value_or(nanoseconds{0}));
-  const double jitter_ms = rms_ms(aligned.match.residuals);
+void print_alignment(const AlignOptions& options, const Json& aligned, RunDescription& run) {
+  const double offset_s = aligned["offset_s"].get<double>();
+  const double rate_ppm = aligned["rate_ppm"].get<double>();
+  const std::string residual_ms = number_text(aligned["residual_ms"].get<double>());
   run.facts.emplace_back("aligned_to", options.to);
-  run.facts.emplace_back("aligned_offset_ns", std::to_string(offset.count()));
+  run.facts.emplace_back("aligned_offset_ns",
+                         std::to_string(units::nanoseconds_from_s(offset_s).count()));
   run.facts.emplace_back("aligned_rate_ppm", fmt::format("{:.6f}", rate_ppm));
-  run.facts.emplace_back("aligned_residual_ms", number_text(residual_ms));
+  run.facts.emplace_back("aligned_residual_ms", residual_ms);
   if (options.json) {
-    const Json summary = {{"matched", aligned.match.pairs.size()},
-                          {"pulses", aligned.match.total},
-                          {"pulses_to", aligned.match.total_other},
-                          {"inverted", aligned.falling},
-                          {"offset_s", units::s_from(offset)},
-                          {"rate_ppm", rate_ppm},
-                          {"pieces", aligned.fit.map.pieces()},
-                          {"residual_ms", residual_ms},
-                          {"jitter_rms_ms", jitter_ms}};
-    std::fputs(json_text(summary).c_str(), stdout);
+    std::fputs(json_text(aligned).c_str(), stdout);
     return;
   }
-  const std::size_t pieces = aligned.fit.map.pieces();
+  const auto pieces = aligned["pieces"].get<std::size_t>();
   std::fputs(
       fmt::format(
           "{}: {} of {} pulses match ({} in {}){}\n{:+.9f} s, {:+.3f} ppm{}, residual {} ms, "
           "jitter of the pulses {} ms rms\n",
-          options.session, aligned.match.pairs.size(), aligned.match.total,
-          aligned.match.total_other, options.to,
-          aligned.falling ? ", by the falling edges: the line is inverted" : "",
-          units::s_from(offset), rate_ppm, pieces > 1 ? fmt::format(" in {} pieces", pieces) : "",
-          number_text(residual_ms), number_text(jitter_ms))
+          options.session, aligned["matched"].get<std::size_t>(),
+          aligned["pulses"].get<std::size_t>(), aligned["pulses_to"].get<std::size_t>(), options.to,
+          aligned["inverted"].get<bool>() ? ", by the falling edges: the line is inverted" : "",
+          offset_s, rate_ppm, pieces > 1 ? fmt::format(" in {} pieces", pieces) : "", residual_ms,
+          number_text(aligned["jitter_rms_ms"].get<double>()))
           .c_str(),
       stderr);
+}
+
+/// Matches the pulses of a session with those of the other recorder.
+Expected<Json, SetupError> match_session(const AlignOptions& options,
+                                         const RecordedSession& session, ClockMap& clock) {
+  const auto pulses = pulses_of(options);
+  if (!pulses) return Unexpected<SetupError>(pulses.error());
+  const auto own = SessionClock::read(session, nullptr);
+  if (!own) return Unexpected<SetupError>(own.error());
+  const auto aligned =
+      align_pulses(*own,
+                   {.mark = options.mark,
+                    .line = options.line ? std::optional(static_cast<std::uint32_t>(*options.line))
+                                         : std::nullopt,
+                    .tolerance = units::nanoseconds_from_s(1e-3 * options.jitter_ms)},
+                   *pulses, options.to);
+  if (!aligned) return Unexpected<SetupError>(aligned.error());
+  clock = aligned->fit.map;
+  return alignment_json(*aligned, *own, options.to);
+}
+
+/// The only alignment that a session records.
+Expected<RecordedAlignment, SetupError> only_alignment(const RecordedSession& session) {
+  auto all = recorded_alignments(session.run().facts);
+  if (all.size() == 1) return std::move(all.front());
+  std::string known;
+  for (const RecordedAlignment& each : all) known += (known.empty() ? "" : ", ") + each.to;
+  return bad_input(session.path() +
+                   (all.empty() ? " records no alignment" : " records alignments to " + known) +
+                   ": name the pulses on the other clock with --to");
+}
+
+/// Copies a session with its alignment, which replaces an earlier one to the same file. Its streams
+/// stay on the clock of its run, whose ticks are equal, so that it can be replayed.
+Expected<void, SetupError> record_alignment(const AlignOptions& options, const std::string& sink,
+                                            const Json& aligned) {
+  const auto uri = Uri::parse(sink);
+  if (!uri) return Unexpected<SetupError>(uri.error());
+  if (auto done = UriOptions(*uri).finish(); !done) return done;
+  auto copy = OutputFile::create(uri->path, options.overwrite, warn);
+  if (!copy) return Unexpected<SetupError>(copy.error());
+  return copy_session(options.session, std::move(*copy), kAlignmentFact,
+                      aligned.dump(-1, ' ', false, Json::error_handler_t::replace),
+                      [&](std::string_view value) {
+                        const auto earlier = parse_alignment(value);
+                        return !earlier || earlier->to == options.to;
+                      });
 }
 
 int align_session(const AlignOptions& options) {
@@ -102,33 +134,39 @@ int align_session(const AlignOptions& options) {
   if (options.line && !options.mark.empty()) {
     return refuse("--mark and --line exclude each other: remove one");
   }
-  for (const std::string& uri : options.sinks) {
-    if (!uri.starts_with("xdf:")) continue;
-    return refuse(
-        "a session stays on the clock of its run, whose ticks are equal, so that it can be "
-        "replayed: use another sink, such as nwb:FILE");
-  }
   auto opened = RecordedSession::open(options.session);
   if (!opened) return refuse(opened.error());
   const std::shared_ptr<RecordedSession> session = std::move(*opened);
-  const auto pulses = pulses_of(options);
-  if (!pulses) return refuse(pulses.error());
-  const auto own = SessionClock::read(*session, nullptr);
-  if (!own) return refuse(own.error());
-  const auto aligned =
-      align_pulses(*own,
-                   {.mark = options.mark,
-                    .line = options.line ? std::optional(static_cast<std::uint32_t>(*options.line))
-                                         : std::nullopt,
-                    .tolerance = units::nanoseconds_from_s(1e-3 * options.jitter_ms)},
-                   *pulses, options.to);
-  if (!aligned) return refuse(aligned.error());
   RunDescription run = session->run();
-  print_alignment(options, *aligned, *session, run);
-  if (options.sinks.empty()) return kDone;
-  session->set_clock(aligned->fit.map);
+  std::vector<std::string> sinks = options.sinks;
+  const auto copies = std::ranges::stable_partition(
+      sinks, [](const auto& uri) { return !uri.starts_with("xdf:"); });
+  if (!copies.empty() && (options.to.empty() || !split_rig(options.session).second.empty())) {
+    return refuse(
+        "xdf: copies a session and records its alignment: use it with --to PULSES, and "
+        "not for a rig in a recording of LabRecorder");
+  }
+  ClockMap clock;
+  std::string to = options.to;
+  if (to.empty()) {
+    const auto recorded = only_alignment(*session);
+    if (!recorded) return refuse(recorded.error());
+    clock = ClockMap(recorded->points);
+    to = recorded->to;
+    run.facts.emplace_back("aligned_to", to);
+  } else {
+    const auto aligned = match_session(options, *session, clock);
+    if (!aligned) return refuse(aligned.error());
+    for (const std::string& sink : copies) {
+      if (auto done = record_alignment(options, sink, *aligned); !done) return refuse(done.error());
+    }
+    print_alignment(options, *aligned, run);
+  }
+  sinks.erase(copies.begin(), sinks.end());
+  if (sinks.empty()) return kDone;
+  session->set_clock(clock);
   std::uint64_t spikes = 0;
-  const int exit_code = export_run(session, session->origin(), options.sinks,
+  const int exit_code = export_run(session, session->origin(), sinks,
                                    {.neurons = session->neurons(),
                                     .overwrite = options.overwrite,
                                     .run = std::move(run),
@@ -136,7 +174,7 @@ int align_session(const AlignOptions& options) {
                                    spikes);
   if (exit_code != kDone) return exit_code;
   std::fprintf(stderr, "%llu spikes on the clock of %s%s\n",
-               static_cast<unsigned long long>(spikes), options.to.c_str(),
+               static_cast<unsigned long long>(spikes), to.c_str(),
                session->complete() ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
@@ -148,7 +186,9 @@ void add_align_command(CommandLine& program) {
   program
       .subcommand("align",
                   "Puts a session on the clock of another recorder, by the pulses of a sync line "
-                  "that both saw, and writes it to any of the file sinks.",
+                  "that both saw, and writes it to any of the file sinks. xdf: copies the session "
+                  "and records the alignment in it, for inspect, Python and a later align "
+                  "without --to.",
                   "align session.xdf --to events/TTL --sink nwb:aligned.nwb")
       .option(
           "session", options->session,
@@ -157,8 +197,8 @@ void add_align_command(CommandLine& program) {
       .option(
           "--to", options->to,
           "The pulses on the other clock: a file with a time in s per row (SpikeGLX's edge "
-          "files, any CSV), Open Ephys' folder of a TTL line or a .npy file in it, or a session")
-      .required()
+          "files, any CSV), Open Ephys' folder of a TTL line or a .npy file in it, or a session; "
+          "none: the alignment that the session records")
       .option("--mark", options->mark,
               "Match the session's marks with this label instead of its sync line")
       .option("--line", options->line, "Sync line of the session, from 1")

@@ -19,6 +19,7 @@
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "drivers/uri.hpp"
@@ -29,7 +30,6 @@
 #include "tools/connect/recognition.hpp"
 #include "tools/connect/rest_drift.hpp"
 #include "tools/connect/skin_contact.hpp"
-#include "tools/number_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -127,7 +127,7 @@ struct Measurement {
       return !channel.name.ends_with("_kPa");
     };
     return std::count_if(channels.begin(), channels.end(), presses) > 1 &&
-           !info.extra_columns.empty();
+           !std::ranges::all_of(info.extra_columns, is_sync_name);
   }
   [[nodiscard]] bool is_array() const { return info.taxels > 0; }
 };
@@ -149,6 +149,7 @@ std::vector<ChannelValue> values_of(const ProbeInfo& info, const ProbeSample& sa
     values.push_back({.name = "depth_mm", .value = sample.depth_mm});
   }
   for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
+    if (is_sync_name(info.extra_columns[i])) continue;
     values.push_back({.name = info.extra_columns[i], .value = further[i]});
   }
   return values;
@@ -287,10 +288,7 @@ void print(const Measurement& measured) {
                 measured.info.taxels, layout.columns, layout.rows);
   }
   if (measured.is_hand()) std::printf("\nchannels: %zu in each reading", measured.channels.size());
-  std::printf("\nrate: %.4g samples/s with %s ms of jitter; loop delay in a run: %s ms\n",
-              1e3 / units::ms_from(measured.timing->period),
-              number_text(units::ms_from(measured.timing->jitter)).c_str(),
-              number_text(units::ms_from(measured.timing->delay)).c_str());
+  std::printf("\n%s", timing_text(*measured.timing).c_str());
   if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
   if (measured.drift) {
     const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;

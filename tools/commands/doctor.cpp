@@ -11,11 +11,11 @@
 #include "drivers/probes/open_probe.hpp"
 #include "tools/child_process.hpp"
 #include "tools/commands/command.hpp"
-#include "tools/connect/rest_drift.hpp"
 #include "tools/doctor/cyclictest.hpp"
 #include "tools/doctor/device_verdicts.hpp"
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
+#include "tools/doctor/probe_report.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/loop_summary.hpp"
@@ -110,29 +110,17 @@ Json json_of(const DoctorRun& run) {
   return json;
 }
 
-/// Measures the drift of a sensor that nothing touches, instead of the machine.
+/// Measures how a device keeps time, and its drift while nothing touches it, instead of the
+/// machine.
 int doctor_of_probe(const DoctorOptions& options) {
   const auto probe = open_probe(options.probe);
   if (!probe) return refuse(probe.error());
-  const bool force = ((*probe)->info().channels & ProbeSample::kForce) != 0U;
   if ((*probe)->info().replayed) {
     return refuse("\"" + options.probe + "\" is a recording or simulation, which has no drift");
   }
-  const auto drift = measure_rest(**probe, options.seconds);
-  if (!drift) return refuse(drift.error());
-  if (!options.json) {
-    std::printf("%s\n", drift_text(*drift, force).c_str());
-    return kDone;
-  }
-  const double scale = force ? units::mN_from_N(1.0) : 1.0;
-  const std::string unit = force ? "mN" : "mm";
-  const auto slope = drift->slope();
-  const Json result = {{"seconds", drift->seconds()},
-                       {"drift_" + unit + "_per_s", slope ? Json(*slope * scale) : Json()},
-                       {"largest_" + unit + "_per_s", drift->largest_slope() * scale},
-                       {"noise_" + unit, drift->noise() * scale},
-                       {"warmed_up", drift->is_warm()}};
-  std::fputs(json_text(result).c_str(), stdout);
+  const auto report = ProbeReport::measure(**probe, options.seconds);
+  if (!report) return refuse(report.error());
+  std::fputs((options.json ? json_text(report->json()) : report->text()).c_str(), stdout);
   return kDone;
 }
 
@@ -214,8 +202,8 @@ void add_doctor_command(CommandLine& program) {
           "doctor --seconds 60")
       .option(
           "--probe", options->probe,
-          "Measure the drift of this probe instead, while nothing touches it: for --seconds, or "
-          "until Ctrl-C")
+          "Measure this device instead, while nothing touches it, for --seconds or until Ctrl-C: its "
+          "rate and jitter, what is lost, the processor time of a read, and its drift")
       .option("--seconds", options->seconds, "How long to measure, in s", {0.2, 1e6})
       .option("--runs", options->runs, "Number of runs; the verdicts use their medians",
               {1.0, 1000.0})

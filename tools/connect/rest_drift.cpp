@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <utility>
 
 #include <fmt/core.h>
@@ -15,6 +16,16 @@
 #include "tools/run/terminal_line.hpp"
 
 namespace merkel {
+namespace {
+
+/// That this thread has used.
+std::chrono::nanoseconds processor_time() {
+  timespec used{};
+  static_cast<void>(::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used));
+  return std::chrono::seconds{used.tv_sec} + std::chrono::nanoseconds{used.tv_nsec};
+}
+
+}  // namespace
 
 void RestDrift::add(double time_s, double value) {
   if (count_ > 0 && time_s >= second_ + 1.0) {
@@ -83,19 +94,22 @@ std::string drift_line(const RestDrift& drift) {
       std::max(kTimes * largest_mN_per_s, kMin_mN_per_s), largest_mN_per_s);
 }
 
-Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds) {
+Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds, LatencyHistogram* reads,
+                                             HostClock& clock) {
   const bool force = (probe.info().channels & ProbeSample::kForce) != 0U;
   std::atomic<bool> stopped{false};
   const StopSignal stop(stopped);
   TerminalLine terminal;
   RestDrift drift;
   Readings readings = probe.readings();
-  const auto end = std::chrono::steady_clock::now() + units::nanoseconds_from_s(seconds);
+  const auto end = clock.now() + units::nanoseconds_from_s(seconds);
   std::size_t shown = 0;
   bool warm = false;
-  while (!stopped && std::chrono::steady_clock::now() < end) {
+  while (!stopped && clock.now() < end) {
+    const auto before = processor_time();
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return unavailable(probe.error_message());
+    if (reads != nullptr && *count > 0) reads->record(processor_time() - before);
     for (std::size_t i = 0; i < *count; ++i) {
       const auto sample = readings.sample(i);
       if (!sample) continue;

@@ -7,6 +7,8 @@
 
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
+#include "drivers/probes/host_clock.hpp"
+#include "realtime/queues/latency_histogram.hpp"
 
 namespace merkel {
 
@@ -42,8 +44,11 @@ class RestDrift {
 
 /// Measures a probe that nothing touches, its force or else its depth, for some seconds or until
 /// the user interrupts; shows the drift meanwhile, and says when the sensor has warmed up.
+/// \param reads  records the processor time of each read that brought readings; null: none
 /// Thread: probe.
-[[nodiscard]] Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds);
+[[nodiscard]] Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds,
+                                                           LatencyHistogram* reads = nullptr,
+                                                           HostClock& clock = HostClock::real());
 
 /// "drift at rest: +0.31 mN/s (largest 0.9 mN/s) over 120 s, noise 2 mN; the sensor has warmed up".
 [[nodiscard]] std::string drift_text(const RestDrift& drift, bool force);

@@ -8,6 +8,14 @@
 
 namespace merkel {
 
+std::string timing_text(const SampleTiming& timing) {
+  const double rate_Hz = 1e3 / units::ms_from(timing.period);
+  return fmt::format(
+      "rate: {} samples/s with {} ms of jitter; loop delay in a run: {} ms\n",
+      rate_Hz < 1e3 ? fmt::format("{:.4g}", rate_Hz) : fmt::format("{:.0f}", rate_Hz),
+      number_text(units::ms_from(timing.jitter)), number_text(units::ms_from(timing.delay)));
+}
+
 std::string device_text(const DeviceCounts& device) {
   std::string text = fmt::format(
       "  device: {} ({:.1f} per s, up to {} at once), {} lost, {} damaged, {} refused, {} "

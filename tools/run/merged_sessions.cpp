@@ -53,13 +53,14 @@ bool before(const Record& a, const Record& b) {
   return std::pair(time_of(a), place_of(a)) < std::pair(time_of(b), place_of(b));
 }
 
-/// Moves the records up to a time from one list to another, in order.
+/// Moves the records up to a time from one list to another, an empty one, in order.
 template <class Record>
 void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>& to) {
+  to.swap(from);
   const auto later = std::stable_partition(
-      from.begin(), from.end(), [time](const Record& each) { return time_of(each) <= time; });
-  to.assign(std::make_move_iterator(from.begin()), std::make_move_iterator(later));
-  from.erase(from.begin(), later);
+      to.begin(), to.end(), [time](const Record& each) { return time_of(each) <= time; });
+  from.assign(std::make_move_iterator(later), std::make_move_iterator(to.end()));
+  to.erase(later, to.end());
   std::stable_sort(to.begin(), to.end(), before<Record>);
 }
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
 #include <fmt/core.h>
+
+#include "core/units.hpp"
 
 namespace merkel {
 namespace {
@@ -15,7 +18,7 @@ using Alignment = MergedSessions::Alignment;
 
 /// By which a host's clock may run away from UTC: the tolerance of Linux (adjtimex(2), MAXFREQ).
 constexpr double kUtcDrift = 500e-6;
-/// UTC was set, not steered.
+/// A clock was set, not steered.
 constexpr double kClockSet = 1e-2;
 
 /// Of its UTC or, in a recording of LabRecorder, of the recorder's clock.
@@ -234,6 +237,76 @@ Expected<Alignment, SetupError> align(const SessionClock& first, const SessionCl
   alignment->offset = clock(other.start) - other.start;
   alignment->rate = clock.rate();
   return alignment;
+}
+
+namespace {
+
+double rms_ms(const std::vector<nanoseconds>& residuals) {
+  double sum = 0.0;
+  for (const nanoseconds each : residuals) sum += std::pow(units::ms_from(each), 2);
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(residuals.size(), 1)));
+}
+
+}  // namespace
+
+Json alignment_json(const PulseAlignment& aligned, const SessionClock& session,
+                    const std::string& to) {
+  const ClockMap& map = aligned.fit.map;
+  Json session_ns = Json::array();
+  Json to_ns = Json::array();
+  const auto add = [&](nanoseconds time) {
+    session_ns.push_back(time.count());
+    to_ns.push_back(map(time).count());
+  };
+  for (const ClockReading& each : map.readings()) add(each.from);
+  if (map.readings().empty()) add(session.first);
+  return {{"to", to},
+          {"matched", aligned.match.pairs.size()},
+          {"pulses", aligned.match.total},
+          {"pulses_to", aligned.match.total_other},
+          {"inverted", aligned.falling},
+          {"offset_s", units::s_from(map(session.start) - session.start)},
+          {"rate_ppm", map.rate() * 1e6},
+          {"pieces", map.pieces()},
+          {"residual_ms", units::ms_from(aligned.fit.residual.value_or(nanoseconds{0}))},
+          {"jitter_rms_ms", rms_ms(aligned.match.residuals)},
+          {"session_ns", std::move(session_ns)},
+          {"to_ns", std::move(to_ns)}};
+}
+
+std::optional<RecordedAlignment> parse_alignment(std::string_view text) {
+  constexpr std::int64_t kLargestTime_ns = std::int64_t{1} << 62U;
+  const Json json = Json::parse(text, nullptr, false);
+  const auto is_list = [&](const char* name) {
+    return json.contains(name) && json[name].is_array() &&
+           std::ranges::all_of(json[name], [](const Json& each) {
+             if (!each.is_number_integer()) return false;
+             const auto time_ns = each.get<std::int64_t>();
+             return time_ns > -kLargestTime_ns && time_ns < kLargestTime_ns;
+           });
+  };
+  if (!json.is_object() || !json.contains("to") || !json["to"].is_string() ||
+      !is_list("session_ns") || !is_list("to_ns") || json["session_ns"].empty() ||
+      json["session_ns"].size() != json["to_ns"].size()) {
+    return std::nullopt;
+  }
+  RecordedAlignment alignment{.to = json["to"].get<std::string>(), .points = {}};
+  for (std::size_t i = 0; i < json["to_ns"].size(); ++i) {
+    alignment.points.push_back({.from = nanoseconds{json["session_ns"][i].get<std::int64_t>()},
+                                .to = nanoseconds{json["to_ns"][i].get<std::int64_t>()}});
+  }
+  if (ClockMap(alignment.points).largest_rate() > kClockSet) return std::nullopt;
+  return alignment;
+}
+
+std::vector<RecordedAlignment> recorded_alignments(
+    std::span<const std::pair<std::string, std::string>> facts) {
+  std::vector<RecordedAlignment> all;
+  for (const auto& [name, value] : facts) {
+    if (name != kAlignmentFact) continue;
+    if (auto alignment = parse_alignment(value)) all.push_back(std::move(*alignment));
+  }
+  return all;
 }
 
 }  // namespace merkel

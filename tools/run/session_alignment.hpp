@@ -6,11 +6,14 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
 #include "drivers/clock/clock_map.hpp"
 #include "drivers/clock/pulse_match.hpp"
+#include "tools/json_text.hpp"
 #include "tools/run/merged_sessions.hpp"
 
 namespace merkel {
@@ -67,5 +70,22 @@ struct PulseChoice {
 [[nodiscard]] Expected<PulseAlignment, SetupError> align_pulses(
     const SessionClock& session, const PulseChoice& choice,
     std::span<const std::chrono::nanoseconds> pulses, const std::string& name);
+
+/// The facts of this name each record an alignment of a session, as a line of JSON.
+inline constexpr std::string_view kAlignmentFact = "alignment";
+
+struct RecordedAlignment {
+  std::string to;                    ///< the other recorder's file, as the user gave it
+  std::vector<ClockReading> points;  ///< of a ClockMap to the other clock
+};
+
+/// The value of such a fact. \param to  the other recorder's file
+[[nodiscard]] Json alignment_json(const PulseAlignment& aligned, const SessionClock& session,
+                                  const std::string& to);
+/// Nothing if a text is no such value.
+[[nodiscard]] std::optional<RecordedAlignment> parse_alignment(std::string_view text);
+/// All that a session records. \param facts  of the session
+[[nodiscard]] std::vector<RecordedAlignment> recorded_alignments(
+    std::span<const std::pair<std::string, std::string>> facts);
 
 }  // namespace merkel

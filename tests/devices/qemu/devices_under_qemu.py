@@ -336,6 +336,11 @@ def check_card(parts, device, refused):
         # Of ten seconds, two megabytes hold five.
         check(counts["lost"] > 100_000, "the lost readings are counted")
         check(counts["lost"] + counts["readings"] > 25_000 * 29, "all scans of thirty seconds are read or counted")
+    code, out, err = parts.get("comedi_doctor", (-1, "", ""))
+    print("comedi_doctor:")
+    times = json_of(out) if code == 0 else {}
+    check(abs(times.get("rate_hz", 0) - 10_000) < 100, f"doctor measures the rate of the scans {err}")
+    check(times.get("device", {}).get("lost") == 0 and times["read"]["count"] > 100, "losses and the time of a read")
     code, out, err = parts.get("comedi_connect", (-1, "", ""))
     print("comedi_connect:")
     check(code == 0 and "uri = \"comedi:/dev/comedi0" in out, f"connect writes its scene {err}")

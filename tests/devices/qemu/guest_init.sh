@@ -121,6 +121,7 @@ stopped() {  # for longer than fills two megabytes, the buffer of Debian's kerne
 stopped &
 eight='comedi:/dev/comedi0?columns=force_V,-,-,-,-,-,-,-&force_N_per_V=1&rate_hz=25000'
 part comedi_overrun as_user merkel record "'$eight'" /tmp/overrun.xdf --json --duration-s 30
+part comedi_doctor as_user merkel doctor --probe "'$card'" --json --seconds 8
 part comedi_connect as_user "merkel connect '$card' --out /tmp/card.toml --yes && cat /tmp/card.toml"
 sed 's/decimate.*//; s/\[probe\]/[probe]\ndecimate = "mean"/' /scene.toml >/tmp/mean.toml
 chmod 644 /tmp/mean.toml

@@ -10,11 +10,14 @@
 
 #include "core/units.hpp"
 #include "drivers/probes/device_probe.hpp"
+#include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
 #include "drivers/protocols/analog_scans.hpp"
 #include "drivers/transports/comedi_port.hpp"
 #include "tests/drivers/transports/comedi_stub.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
+#include "tools/doctor/probe_report.hpp"
 
 namespace merkel {
 namespace {
@@ -154,6 +157,24 @@ TEST_F(ComediProbe, VoltsBecomeForceAndDepthByTheirFactors) {
   }
 }
 
+TEST_F(ComediProbe, AChannelIsASyncLineFromALevelOn) {
+  card.largest = 101;  // a sawtooth of 100 scans
+  const auto probe =
+      open("columns=force_V,sync&force_N_per_V=1&range=0:10&rate_hz=1000&sync=sync:5");
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  Readings readings = (*probe)->readings();
+  std::vector<std::uint16_t> levels;
+  for (std::size_t count = 0; count < 1000; count += readings.size()) {
+    ASSERT_TRUE((*probe)->read(readings, milliseconds{10}));
+    for (const SyncEdge& edge : readings.edges()) {
+      EXPECT_EQ(edge.line, 1U);
+      levels.push_back(edge.level);
+    }
+  }
+  ASSERT_NEAR(static_cast<double>(levels.size()), 20.0, 2.0);
+  for (std::size_t i = 1; i < levels.size(); ++i) EXPECT_NE(levels[i], levels[i - 1]);
+}
+
 // Two minutes of 20 kHz on eight channels, read in the kernel's portions, by a clock that is 40 ppm
 // fast.
 TEST_F(ComediProbe, EveryScanArrivesOnceAndInItsPlace) {
@@ -245,6 +266,32 @@ TEST_F(ComediProbe, AnOverrunIsCountedAndTheScansBeginAnew) {
   EXPECT_EQ(all[gaps[0]].sequence - all[gaps[0] - 1].sequence - 1, counts.lost);
   EXPECT_NEAR(units::ms_from(all[gaps[0]].time - all[gaps[0] - 1].time), 0.1 * (missing + 1.0),
               3.0);
+}
+
+TEST_F(ComediProbe, DoctorReportsRateJitterLossesAndTheTimeOfARead) {
+  card.drift = 60e-6;
+  card.largest_buffer = card.buffer = 1 << 14;
+  MeasuredProbe probe(
+      in_virtual_time({.node = "/dev/comedi0", .channels = {0, 1}, .rate_Hz = 10'000.0}));
+  ASSERT_TRUE(ProbeReport::measure(probe, 3.0, card.clock));
+  card.clock.time += seconds{1};  // 10000 scans; 4096 fit
+  const auto report = ProbeReport::measure(probe, 9.0, card.clock);
+  ASSERT_TRUE(report) << report.error().sentence;
+  const Json json = report->json();
+  EXPECT_NEAR(json["rate_hz"], 10'000.0, 5.0);
+  EXPECT_LT(json["jitter_ms"], 2.0);
+  EXPECT_EQ(json["device"]["overruns"], 1);
+  EXPECT_NEAR(json["device"]["lost"], 10'000.0 - 4096.0, 80.0);
+  EXPECT_NEAR(json["device"]["drift_ppm"], 60.0, 5.0);
+  EXPECT_GT(json["read"]["count"], 1000);
+  EXPECT_GT(json["read"]["p50_us"], 0.0);
+  EXPECT_GE(json["seconds"], 8);
+  const std::string text = report->text();
+  for (const std::string words :
+       {" samples/s with ", " lost, 0 damaged", "its buffer was full 1 time", "its clock: +",
+        " ppm", "processor time of each: p50", "drift at rest: "}) {
+    EXPECT_TRUE(has(text, words)) << words << text;
+  }
 }
 
 TEST_F(ComediProbe, AnUnpluggedCardIsOpenedAgain) {

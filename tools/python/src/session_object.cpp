@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <memory>
+#include <span>
 
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
@@ -12,11 +15,64 @@
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/scene_object.hpp"
+#include "tools/run/session_alignment.hpp"
 #include "tools/scene/session_scene.hpp"
 
 namespace merkel::python {
 
 namespace py = pybind11;
+
+namespace {
+
+/// The samples of a stream of any program.
+struct StreamSamples {
+  std::vector<double> stamps_s;
+  std::string values;
+  std::vector<std::string> texts;
+};
+
+/// Of each stream its number, header, format, channels, times on the recorder's clock, values
+/// (bytes, or a list of the texts) and the residual of its clock.
+py::list xdf_streams(const std::filesystem::path& path) {
+  std::map<std::uint32_t, XdfStream> streams;
+  std::map<std::uint32_t, StreamSamples> samples;
+  {
+    const GilRelease no_gil;
+    XdfFile file =
+        or_throw(XdfFile::open(path.string(), std::numeric_limits<std::uint64_t>::max()));
+    const auto take = [&](std::uint32_t number, const XdfStream& stream,
+                          std::span<const std::string_view> row) {
+      StreamSamples& to = samples[number];
+      to.stamps_s.push_back(stream.stamp_s);
+      if (stream.value_bytes > 0) {
+        to.values += row.front();
+      } else {
+        to.texts.insert(to.texts.end(), row.begin(), row.end());
+      }
+    };
+    streams = or_throw(read_xdf_streams(file, take));
+  }
+  py::list all;
+  for (const auto& [number, stream] : streams) {
+    const ClockLine line = or_throw(ClockLine::through(stream.offsets, stream.name));
+    const StreamSamples& own = samples[number];
+    py::array_t<double> time_s(static_cast<py::ssize_t>(own.stamps_s.size()));
+    std::transform(own.stamps_s.begin(), own.stamps_s.end(), time_s.mutable_data(), line);
+    py::object values = py::bytes(own.values);
+    if (stream.value_bytes == 0) {
+      py::list texts;
+      for (const std::string& text : own.texts) texts.append(py::bytes(text));
+      values = std::move(texts);
+    }
+    const double error_s =
+        stream.offsets.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : line.residual_s;
+    all.append(py::make_tuple(number, py::bytes(stream.header), stream.format, stream.channels,
+                              time_s, values, error_s));
+  }
+  return all;
+}
+
+}  // namespace
 
 /// The pressures at a tick: those of the tick before, and the blocks that changed.
 void SessionObject::add_taxels(const TickRecord& tick, std::deque<TaxelBlock>& blocks) {
@@ -151,6 +207,33 @@ void add_session(py::module_& module) {
           },
           "Metadata of the recording, by name. If a name is repeated, the first value.")
       .def_property_readonly(
+          "alignments",
+          [](const SessionObject& session) {
+            py::dict alignments;
+            for (const RecordedAlignment& each : recorded_alignments(session.facts)) {
+              // np.interp does not go beyond the points, as ClockMap does.
+              constexpr std::chrono::hours kDay{24};
+              const ClockMap map(each.points);
+              std::vector<ClockReading> all = map.readings();
+              const auto first = all.front().from - kDay;
+              const auto last = all.back().from + kDay;
+              all.insert(all.begin(), {.from = first, .to = map(first)});
+              all.push_back({.from = last, .to = map(last)});
+              py::array_t<double> points({all.size(), std::size_t{2}});
+              auto at = points.mutable_unchecked<2>();
+              for (py::ssize_t i = 0; i < at.shape(0); ++i) {
+                const ClockReading& point = all[static_cast<std::size_t>(i)];
+                at(i, 0) = units::s_from(point.from - session.origin.start);
+                at(i, 1) = units::s_from(point.to);
+              }
+              alignments[py::str(each.to)] = std::move(points);
+            }
+            return alignments;
+          },
+          "The alignments that merkel align --sink xdf:FILE has recorded, by the file of the other recorder's pulses: "
+          "(points, 2) of time_s here and on the other clock, linear in between, to a day before and after: "
+          "np.interp(times_s, *alignment.T) converts times.")
+      .def_property_readonly(
           "scene",
           [](const SessionObject& session) {
             if (!session.scene) {
@@ -176,6 +259,7 @@ void add_session(py::module_& module) {
           "complete", &SessionObject::complete,
           "True if the recording is complete; otherwise it is read up to its last complete chunk.");
 
+  module.def("_xdf_streams", &xdf_streams);  // merkel.load_streams presents them
   module.def(
       "load",
       [](const std::filesystem::path& file) {
