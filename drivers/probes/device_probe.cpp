@@ -293,6 +293,7 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, millisec
   publish();
   readings.clear();
   std::swap(readings.edges(), edges_);
+  std::swap(readings.zeros(), zeros_);
   const std::size_t count = std::min(readings.room(), ready_->size() - next_ready_);
   readings.add(*ready_, next_ready_, count);
   next_ready_ += count;
@@ -504,6 +505,11 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     const ProbeColumns& columns = ready_->columns().of(i);
     const DeviceOutput::Result result = outputs_[i].take(reading, columns, row);
     for (const std::string& sentence : result.notices) notice(sentence);
+    for (TaxelZeros zeros : result.zeros) {
+      zeros.time = time;
+      zeros.probe = static_cast<std::uint32_t>(i);
+      zeros_.push_back(zeros);
+    }
     if (!result.measured) columns.put_nothing(row);
     if (!result.measured && !result.waiting) ++refused;
     if (result.absent) ++absent;

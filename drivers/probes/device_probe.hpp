@@ -107,7 +107,8 @@ class DeviceProbe final : public Probe {
   std::vector<ProbeInfo> infos_;      ///< of each
   ReadingTimes times_;
   SyncLines sync_lines_;
-  std::vector<SyncEdge> edges_;  ///< not delivered yet
+  std::vector<SyncEdge> edges_;    ///< not delivered yet
+  std::vector<TaxelZeros> zeros_;  ///< the same
   DeviceStream stream_;
   StreamQuality quality_;
   ProtocolCounts judged_;  ///< the counts up to which quality_ has judged
