@@ -139,7 +139,7 @@ void RunProbes::start(const MakeFeeds& make_feeds,
                                  .feeds = std::move(feeds[i])};
     }
     device->reader = std::make_unique<ProbeReader>(
-        *device->probe, std::move(receivers), device->edges,
+        *device->probe, std::move(receivers), device->feeds,
         ProbeReader::Parameters{.shift = shift,
                                 .realtime = replayed ? std::nullopt : realtime,
                                 .wait_for_sinks = !realtime});

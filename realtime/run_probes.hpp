@@ -51,9 +51,9 @@ class RunProbes {
   [[nodiscard]] bool is_first_of_device(std::size_t probe) const {
     return routes_.at(probe).get() == routes_.at(probe)->device->routes.front();
   }
-  /// Adds a feed for the edges of the device of a probe. Call it before start().
-  void add_edge_feed(std::size_t probe, Feed<SyncEdge>& feed) {
-    routes_.at(probe)->device->edges.push_back(&feed);
+  /// The feeds of the device of a probe; complete before start().
+  [[nodiscard]] ProbeReader::DeviceFeeds& feeds_of(std::size_t probe) {
+    return routes_.at(probe)->device->feeds;
   }
   /// One per probe, for the loop; made by start().
   [[nodiscard]] std::span<ProbeInput> inputs() noexcept { return inputs_; }
@@ -120,8 +120,8 @@ class RunProbes {
   };
   struct Device {
     std::unique_ptr<Probe> probe;
-    std::vector<Route*> routes;          ///< by output
-    std::vector<Feed<SyncEdge>*> edges;  ///< of sinks that take edges
+    std::vector<Route*> routes;  ///< by output
+    ProbeReader::DeviceFeeds feeds;
     std::unique_ptr<ProbeReader> reader;
   };
 

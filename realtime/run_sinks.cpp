@@ -34,6 +34,8 @@ template <>
 constexpr std::size_t kCapacity<PortFrame> = 0;
 template <>
 constexpr std::size_t kCapacity<SyncEdge> = 0;
+template <>
+constexpr std::size_t kCapacity<TaxelZeros> = 0;
 /// The sink's thread asks for it.
 template <>
 constexpr std::size_t kCapacity<RunStatus> = 0;
@@ -133,11 +135,15 @@ std::vector<Feed<DeliveredSample>*> RunSinks::add_sample_feeds(std::size_t capac
 
 void RunSinks::listen() {
   constexpr std::size_t kEdges = 4096;
+  constexpr std::size_t kZeros = 4096;
   for (const auto& entry : entries_) {
     for (std::uint32_t i = 0; i < probes_.size(); ++i) {
       if (!probes_.is_first_of_device(i)) continue;
       if (entry->sink->takes<SyncEdge>()) {
-        probes_.add_edge_feed(i, entry->channel.add<SyncEdge>(kEdges));
+        probes_.feeds_of(i).edges.push_back(&entry->channel.add<SyncEdge>(kEdges));
+      }
+      if (run_.arrays && entry->sink->takes<TaxelZeros>()) {
+        probes_.feeds_of(i).zeros.push_back(&entry->channel.add<TaxelZeros>(kZeros));
       }
       if (!entry->sink->takes<PortFrame>()) continue;
       Probe& probe = probes_.device_of(i);

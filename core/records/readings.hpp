@@ -12,6 +12,7 @@
 
 #include "core/records/probe_sample.hpp"
 #include "core/records/sync_edge.hpp"
+#include "core/records/taxel_block.hpp"
 
 namespace merkel {
 
@@ -134,6 +135,19 @@ class Readings {
   /// Edges of the device's sync lines since the last readings; there may be some without readings.
   [[nodiscard]] std::vector<SyncEdge>& edges() noexcept { return edges_; }
   [[nodiscard]] const std::vector<SyncEdge>& edges() const noexcept { return edges_; }
+  /// Zeros of tactile arrays that have changed since the last readings; `probe` is the output.
+  [[nodiscard]] std::vector<TaxelZeros>& zeros() noexcept { return zeros_; }
+  [[nodiscard]] const std::vector<TaxelZeros>& zeros() const noexcept { return zeros_; }
+  /// Takes the edges and zeros of others.
+  void take_beside(Readings& others, std::chrono::nanoseconds shift = {}) {
+    std::swap(edges_, others.edges_);
+    std::swap(zeros_, others.zeros_);
+    shift_beside(shift);
+  }
+  void shift_beside(std::chrono::nanoseconds shift) noexcept {
+    for (SyncEdge& edge : edges_) edge.time += shift;
+    for (TaxelZeros& zeros : zeros_) zeros.time += shift;
+  }
 
   /// What a probe measured in a reading; nothing: no value.
   [[nodiscard]] std::optional<ProbeSample> sample(std::size_t i, std::size_t probe = 0) const {
@@ -151,6 +165,7 @@ class Readings {
   void clear() noexcept {
     resize(0);
     edges_.clear();
+    zeros_.clear();
   }
   /// Keeps the first ones.
   void resize(std::size_t size) {
@@ -199,6 +214,7 @@ class Readings {
   std::vector<ReadingHead> heads_;
   std::vector<double> values_;
   std::vector<SyncEdge> edges_;
+  std::vector<TaxelZeros> zeros_;
 };
 
 }  // namespace merkel

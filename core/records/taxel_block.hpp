@@ -24,4 +24,9 @@ struct TaxelBlock {
 
 static_assert(std::is_trivially_copyable_v<TaxelBlock>);
 
+/// The zeros of some neighbouring taxels of a device's array from one of its readings on, as
+/// pressures that are subtracted from theirs. Of a reading, only the blocks that changed since the
+/// one before are recorded; before the first, all zeros are 0. `tick` is 0.
+struct TaxelZeros : TaxelBlock {};
+
 }  // namespace merkel

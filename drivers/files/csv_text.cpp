@@ -48,6 +48,7 @@ std::string_view take_field(std::string_view& rest) noexcept {
 std::optional<double> parse_number(std::string_view field, int shift) noexcept {
   if (field.starts_with('+')) field.remove_prefix(1);
   std::array<char, 64> shifted{};
+  double scale = 1.0;
   if (shift != 0) {
     const auto mark = field.find_first_of("eE");
     const std::string_view mantissa = field.substr(0, mark);
@@ -65,6 +66,8 @@ std::optional<double> parse_number(std::string_view field, int shift) noexcept {
       *out++ = 'e';
       out = std::to_chars(out, shifted.data() + shifted.size(), exponent + shift).ptr;
       field = {shifted.data(), static_cast<std::size_t>(out - shifted.data())};
+    } else {
+      scale = std::pow(10.0, shift);
     }
   }
   double value = 0.0;
@@ -75,7 +78,7 @@ std::optional<double> parse_number(std::string_view field, int shift) noexcept {
     return field.find("e-") == std::string_view::npos ? HUGE_VAL : 0.0;
   }
   if (result.ec != std::errc{}) return std::nullopt;
-  return value;
+  return value * scale;
 }
 
 std::string shifted_decimal(double value, int shift) {

@@ -26,78 +26,66 @@ namespace {
 const std::array<std::string, 5> kColumnNames = {"time_s", "depth_mm", "force_N", "x_mm", "y_mm"};
 constexpr std::array<std::uint32_t, 5> kColumnChannels = {
     0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
+constexpr std::array<DeviceChannel, 4> kColumnOf = {DeviceChannel::kDepth, DeviceChannel::kForce,
+                                                    DeviceChannel::kX, DeviceChannel::kY};
 constexpr std::string_view kValidity = "# valid_for_s=";
 constexpr std::string_view kTraceStart = "# start_device_ns=";
 constexpr std::string_view kTraceOffset = "# time_offset_ns=";
 constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
-constexpr int kNanoPerUnit = 9;
 // Between the start of a run and its first sample.
 constexpr double kTraceBeginning_ns = 1e8;
 constexpr std::int64_t kLatestTraceTime_ns = 4'000'000'000'000'000'000;
 
-/// A time in a unit of 10^power ns.
-std::optional<std::chrono::nanoseconds> time_of(std::string_view field, int power) {
-  if (power == kNanoPerUnit) return parse_seconds(field);
-  const auto time_ns = parse_number(field, power);
-  if (!time_ns || !(std::fabs(*time_ns) <= 4e18)) return std::nullopt;
-  return std::chrono::nanoseconds{std::llround(*time_ns)};
+/// ProbeSample::Channel bit of what the model uses; else 0.
+std::uint32_t sample_channel_of(DeviceChannel channel) noexcept {
+  const auto found = std::ranges::find(kColumnOf, channel);
+  return found == kColumnOf.end()
+             ? 0U
+             : kColumnChannels[1U + static_cast<std::size_t>(found - kColumnOf.begin())];
+}
+
+/// A column that the model does not use.
+CsvColumn further_column(std::string name) {
+  return {.kind = CsvColumn::Kind::kValue, .name = std::move(name), .channel = named_channel(0)};
+}
+bool is_further(const CsvColumn& column) noexcept {
+  return column.kind == CsvColumn::Kind::kSkip ||
+         (column.kind == CsvColumn::Kind::kValue && is_named(column.channel));
 }
 
 }  // namespace
 
 /// A column by its name and unit: "force_g". Any other name is an extra column; one in volts or
 /// counts gets the name of its unit.
-Expected<TraceReader::Column, SetupError> TraceReader::column_named(const std::string& name) {
-  Column column{.kind = Kind::kExtra, .name = name};
-  const auto named = csv_column_named(name, factors_);
+Expected<CsvColumn, SetupError> TraceReader::column_named(const std::string& name) {
+  auto named = csv_column_named(name, factors_);
   if (!named && is_electrical_press(name)) return bad_input(lines_.where() + named.error());
-  if (!named) return column;
-  double factor = named->factor;
-  const auto unit = unit_named(name.substr(name.rfind('_') + 1));
+  if (!named) return further_column(name);
+  const std::size_t mark = name.rfind('_') + 1;
+  const auto unit = unit_named(name.substr(mark));
   const bool electrical = unit && unit->is_electrical();
   factors_used_ = factors_used_ || electrical;
-  if (electrical && named->kind == CsvColumn::Kind::kValue && is_named(named->channel)) {
-    column.name.replace(name.rfind('_') + 1, std::string::npos,
-                        named->force ? "N" : (named->pressure ? "kPa" : "mm"));
-    column.factor = factor;
+  if (named->kind == CsvColumn::Kind::kTime) return std::move(*named);
+  CsvColumn further = further_column(name);
+  if (named->kind != CsvColumn::Kind::kValue) return further;
+  if (is_named(named->channel)) {
+    if (!electrical) return further;
+    further.name.replace(mark, std::string::npos,
+                         named->force ? "N" : (named->pressure ? "kPa" : "mm"));
+    further.set_factor(named->factor);
+    return further;
   }
-  if (named->kind == CsvColumn::Kind::kTime) {
-    column.kind = Kind::kTime;
-    factor = static_cast<double>(named->nanoseconds);
-  } else if (named->kind == CsvColumn::Kind::kValue) {
-    switch (named->channel) {
-      case DeviceChannel::kForce:
-        column.kind = Kind::kForce;
-        column.shift = kMilliPerUnit;
-        break;
-      case DeviceChannel::kDepth:
-        column.kind = Kind::kDepth;
-        break;
-      case DeviceChannel::kX:
-        column.kind = Kind::kX;
-        break;
-      case DeviceChannel::kY:
-        column.kind = Kind::kY;
-        break;
-      default:
-        return column;
-    }
-  } else {
-    return column;
-  }
-  // A power of ten shifts the decimal point, which adds no rounding error.
-  const auto power = static_cast<int>(std::lround(std::log10(factor)));
-  if (std::fabs(factor / std::pow(10.0, power) - 1.0) < 1e-12) {
-    column.shift += power;
-  } else {
-    column.factor = factor;
-  }
-  return column;
+  if (sample_channel_of(named->channel) == 0) return further;
+  if (named->channel == DeviceChannel::kForce) named->power += kMilliPerUnit;
+  return std::move(*named);
 }
 
-bool TraceReader::has(Kind kind) const noexcept {
-  return std::any_of(columns_.begin(), columns_.end(),
-                     [kind](const Column& column) { return column.kind == kind; });
+/// Whether another column has its meaning.
+bool TraceReader::has(const CsvColumn& column) const noexcept {
+  return std::any_of(columns_.begin(), columns_.end(), [&](const CsvColumn& other) {
+    return other.kind == column.kind &&
+           (column.kind == CsvColumn::Kind::kTime || other.channel == column.channel);
+  });
 }
 
 Expected<TraceReader, SetupError> TraceReader::open(const std::string& path, UnitFactors factors) {
@@ -147,7 +135,7 @@ Expected<void, SetupError> TraceReader::read_header() {
   const std::string extra = listed_extra_columns();
   const std::string unused = extra.empty() ? "" : "the model does not use " + extra;
   const std::string hint = extra.empty() ? "" : "; " + unused;
-  if (!has(Kind::kTime)) {
+  if (!has({.kind = CsvColumn::Kind::kTime})) {
     return bad_input(
         lines_.where() +
         "the column time_s is missing: add the times, in seconds (or time_ms, time_us)" + hint);
@@ -192,23 +180,23 @@ std::string TraceReader::listed_extra_columns() const {
 Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
   auto column = column_named(name);
   if (!column) return Unexpected<SetupError>(column.error());
-  const auto is_name = [&](const Column& other) { return other.name == column->name; };
+  const auto is_name = [&](const CsvColumn& other) { return other.name == column->name; };
   if (std::any_of(columns_.begin(), columns_.end(), is_name)) {
     return bad_input(lines_.where() + "the column " + name + " is repeated: keep one");
   }
-  if (column->kind == Kind::kExtra || has(column->kind)) {
-    if (column->kind != Kind::kExtra) *column = {.name = name};
-    add_extra_column(std::move(*column));
+  if (is_further(*column) || has(*column)) {
+    add_extra_column(is_further(*column) ? std::move(*column) : further_column(name));
     return {};
   }
-  channels_ |= kColumnChannels[static_cast<std::size_t>(column->kind)];
+  if (column->kind == CsvColumn::Kind::kValue) channels_ |= sample_channel_of(column->channel);
   columns_.push_back(std::move(*column));
   return {};
 }
 
-void TraceReader::add_extra_column(Column column) {
+void TraceReader::add_extra_column(CsvColumn column) {
   const bool kept = extra_columns_.size() < ProbeColumns::kMaxFurther;
-  column.kind = kept ? Kind::kExtra : Kind::kIgnored;
+  column.kind = kept ? CsvColumn::Kind::kValue : CsvColumn::Kind::kSkip;
+  column.channel = named_channel(extra_columns_.size());
   columns_.push_back(column);
   (kept ? extra_columns_ : ignored_columns_)
       .push_back(printable_text(column.name.empty() ? "column_" + std::to_string(columns_.size())
@@ -217,10 +205,9 @@ void TraceReader::add_extra_column(Column column) {
 
 /// Takes pressures as the taxels of an array if there are more of them than further columns.
 Expected<void, SetupError> TraceReader::choose_taxels() {
-  const auto pressure = [](const Column& column) {
-    const bool further = column.kind == Kind::kExtra || column.kind == Kind::kIgnored;
+  const auto pressure = [](const CsvColumn& column) {
     const auto named = csv_column_named(column.name);
-    return further && named && named->pressure;
+    return is_further(column) && named && named->pressure;
   };
   const auto count = std::count_if(columns_.begin(), columns_.end(), pressure);
   if (static_cast<std::size_t>(count) <= ProbeColumns::kMaxFurther) return {};
@@ -231,28 +218,20 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
   }
   extra_columns_.clear();
   ignored_columns_.clear();
-  for (Column& column : std::exchange(columns_, {})) {
+  for (CsvColumn& column : std::exchange(columns_, {})) {
     if (pressure(column)) {
+      column.kind = CsvColumn::Kind::kValue;
+      column.channel = named_channel(ProbeColumns::kMaxFurther + taxels_.size());
+      column.set_factor(column.factor * csv_column_named(column.name)->factor);
       taxels_.push_back(column.name);
-      column.factor *= csv_column_named(column.name)->factor;
-      column.kind = Kind::kTaxel;
-    } else if (column.kind == Kind::kExtra || column.kind == Kind::kIgnored) {
+    } else if (is_further(column)) {
       add_extra_column(std::move(column));
       continue;
     }
     columns_.push_back(std::move(column));
   }
+  gaps_.resize(taxels_.size());
   return {};
-}
-
-/// NaN if the field is not a number.
-double TraceReader::extra_value(std::string_view field, std::size_t column) {
-  const auto value = parse_number(field);
-  if (!value && !field.empty() && !std::exchange(text_reported_, true)) {
-    notices_.push_back(lines_.where() + extra_columns_[column] +
-                       " is text: sessions keep NaN in its place");
-  }
-  return value.value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 void TraceReader::read_comment(std::string_view line) {
@@ -280,94 +259,88 @@ std::optional<std::chrono::nanoseconds> TraceReader::start() const noexcept {
   return start;
 }
 
-Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<double> row) {
-  const ProbeColumns places = columns();
-  ProbeSample sample{.channels = channels_,
-                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
+/// Why a value of the row cannot be used; empty: it can.
+std::string TraceReader::fault_of(const CsvColumn& column) const {
+  if (column.kind == CsvColumn::Kind::kTime) {
+    const auto& time = reading_.device_time;
+    if (reading_.wrong_time) return "not a finite time: correct or remove this row";
+    if (rows_ == 0 || *time > last_time_) return {};
+    return *time == last_time_
+               ? "the same time as in the previous row (resolution: 1 ns): remove one"
+               : "earlier than " + shortest_decimal(units::s_from(last_time_)) +
+                     " in the previous row: sort the rows by time, or correct the wrong one";
+  }
+  if (is_further(column)) return {};
+  const double value = reading_[column.channel];
+  if (!std::isfinite(value)) return "not finite: correct or remove this row";
+  const bool force = column.channel == DeviceChannel::kForce;
+  const double limit = force                                     ? SampleLimits::kForce_mN
+                       : column.channel == DeviceChannel::kDepth ? SampleLimits::kDepth_mm
+                                                                 : SampleLimits::kPosition_mm;
+  if (plausible(value, limit)) return {};
+  return "beyond ±" + shortest_decimal(force ? units::N_from_mN(limit) : limit) +
+         (force ? " N" : " mm") + ": check its unit";
+}
+
+std::string TraceReader::read_fields() {
   std::string_view rest = lines_.line();
-  const auto commas = std::count(rest.begin(), rest.end(), ',');
-  if (static_cast<std::size_t>(commas) + 1 != columns_.size()) {
-    return bad_input(lines_.where() + "this row has " + std::to_string(commas + 1) +
-                     (commas == 0 ? " field, but" : " fields, but") + " the header has " +
+  std::optional<std::uint32_t> number;
+  for (const CsvColumn& column : columns_) {
+    const std::string_view field = take_field(rest);
+    const bool read = read_csv_column(column, field, CsvNumbers::kPlain, reading_, number);
+    const std::string fault =
+        read ? fault_of(column)
+             : (column.kind == CsvColumn::Kind::kTime ? "not a finite time" : "not a number") +
+                   std::string(": correct or remove this row");
+    if (!fault.empty()) return column.name + " is \"" + std::string(field) + "\", " + fault;
+    if (!text_reported_ && column.kind == CsvColumn::Kind::kValue && is_further(column) &&
+        !field.empty() && std::isnan(reading_[column.channel]) && !parse_number(field)) {
+      text_reported_ = true;
+      notices_.push_back(lines_.where() + printable_text(column.name) +
+                         " is text: sessions keep NaN in its place");
+    }
+  }
+  return {};
+}
+
+Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<double> row) {
+  const std::string_view line = lines_.line();
+  const auto fields = static_cast<std::size_t>(std::count(line.begin(), line.end(), ',')) + 1;
+  if (fields != columns_.size()) {
+    return bad_input(lines_.where() + "this row has " + std::to_string(fields) +
+                     (fields == 1 ? " field, but" : " fields, but") + " the header has " +
                      std::to_string(columns_.size()) + ": complete or remove it");
   }
-  std::size_t extra = 0;
-  const std::span<double> further = places.further_in(row);
-  auto pressure = places.taxels_in(row).begin();
-  gaps_.resize(taxels_.size());
-  auto gap = gaps_.begin();
-  for (const Column& column : columns_) {
-    const std::string_view field = take_field(rest);
-    if (column.kind == Kind::kIgnored) continue;
-    if (column.kind == Kind::kTaxel) {
-      const double value = parse_number(field).value_or(std::nan(""));
-      const double kPa = gap++->take(value) * column.factor;
-      // In single precision, as the records of pressures are.
-      *pressure++ = kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa
-                        ? static_cast<double>(static_cast<float>(kPa))
-                        : 0.0;
-      continue;
-    }
-    if (column.kind == Kind::kExtra) {
-      further[extra] = extra_value(field, extra) * column.factor;
-      ++extra;
-      continue;
-    }
-    const auto refuse = [&](const std::string& what) {
-      return bad_input(lines_.where() + column.name + " is \"" + std::string(field) + "\", " +
-                       what);
-    };
-    if (column.kind == Kind::kTime) {
-      const auto time = time_of(field, column.shift);
-      if (!time) return refuse("not a finite time: correct or remove this row");
-      if (rows_ > 0 && *time <= last_time_) {
-        return refuse(
-            *time == last_time_
-                ? "the same time as in the previous row (resolution: 1 ns): remove one"
-                : "earlier than " + shortest_decimal(units::s_from(last_time_)) +
-                      " in the previous row: sort the rows by time, or correct the wrong one");
-      }
-      sample.time = sample.arrival = last_time_ = *time;
-      continue;
-    }
-    auto value = parse_number(field, column.shift);
-    if (!value) return refuse("not a number: correct or remove this row");
-    if (!std::isfinite(*value)) return refuse("not finite: correct or remove this row");
-    *value *= column.factor;
-    const auto refuse_beyond = [&](const std::string& limit) {
-      return refuse("beyond ±" + limit + ": check its unit");
-    };
-    switch (column.kind) {
-      case Kind::kDepth:
-        if (!plausible(*value, SampleLimits::kDepth_mm)) {
-          return refuse_beyond(shortest_decimal(SampleLimits::kDepth_mm) + " mm");
-        }
-        sample.depth_mm = *value;
-        break;
-      case Kind::kForce:
-        sample.force_mN = *value;
-        if (!plausible(sample.force_mN, SampleLimits::kForce_mN)) {
-          return refuse_beyond(shortest_decimal(units::N_from_mN(SampleLimits::kForce_mN)) + " N");
-        }
-        break;
-      case Kind::kX:
-      case Kind::kY:
-        if (!plausible(*value, SampleLimits::kPosition_mm)) {
-          return refuse_beyond(shortest_decimal(SampleLimits::kPosition_mm) + " mm");
-        }
-        (column.kind == Kind::kX ? sample.x_mm : sample.y_mm) = *value;
-        break;
-      case Kind::kTime:
-      case Kind::kExtra:
-      case Kind::kTaxel:
-      case Kind::kIgnored:
-        break;
-    }
+  if (const std::string fault = read_fields(); !fault.empty()) {
+    return bad_input(lines_.where() + fault);
   }
-  if (rows_ == 0) first_time_ = sample.time;
-  sample.sequence = rows_++;
+  last_time_ = *reading_.device_time;
+  if (rows_ == 0) first_time_ = last_time_;
+  const auto value = [&](DeviceChannel channel) {
+    return reading_.has(channel) ? reading_[channel] : 0.0;
+  };
+  const ProbeSample sample{.time = last_time_,
+                           .arrival = last_time_,
+                           .depth_mm = value(DeviceChannel::kDepth),
+                           .force_mN = value(DeviceChannel::kForce),
+                           .x_mm = value(DeviceChannel::kX),
+                           .y_mm = value(DeviceChannel::kY),
+                           .sequence = rows_++,
+                           .channels = channels_,
+                           .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
   head = head_of(sample);
+  const ProbeColumns places = columns();
   places.put(sample, row);
+  const std::span<double> further = places.further_in(row);
+  for (std::size_t i = 0; i < further.size(); ++i) further[i] = reading_[named_channel(i)];
+  const std::span<double> pressures = places.taxels_in(row);
+  for (std::size_t i = 0; i < pressures.size(); ++i) {
+    const double kPa = gaps_[i].take(reading_[named_channel(ProbeColumns::kMaxFurther + i)]);
+    // In single precision, as the records of pressures are.
+    pressures[i] = kPa > 0.0 && kPa <= SampleLimits::kPressure_kPa
+                       ? static_cast<double>(static_cast<float>(kPa))
+                       : 0.0;
+  }
   return {};
 }
 

@@ -14,6 +14,7 @@
 #include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/unit_factors.hpp"
 
 namespace merkel {
@@ -64,31 +65,27 @@ class TraceReader {
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
  private:
-  enum class Kind { kTime, kDepth, kForce, kX, kY, kExtra, kTaxel, kIgnored };
-  struct Column {
-    Kind kind = Kind::kExtra;
-    std::string name;     ///< as in the header
-    int shift = 0;        ///< to ns, mm or mN: power of ten of its unit,
-    double factor = 1.0;  ///< and what is not a power of ten; of an extra column: to its unit
-  };
   TraceReader(LineReader lines, UnitFactors factors)
       : lines_(std::move(lines)), factors_(std::move(factors)) {}
   Expected<void, SetupError> read_header();
   [[nodiscard]] Expected<bool, SetupError> next_row(ReadingHead& head, std::span<double> row);
   Expected<void, SetupError> parse_row(ReadingHead& head, std::span<double> row);
+  /// The first field of a row that its column refuses, with the reason; empty: none.
+  [[nodiscard]] std::string read_fields();
+  [[nodiscard]] std::string fault_of(const CsvColumn& column) const;
   [[nodiscard]] std::string listed_extra_columns() const;
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);
-  [[nodiscard]] bool has(Kind kind) const noexcept;
-  void add_extra_column(Column column);
+  [[nodiscard]] bool has(const CsvColumn& column) const noexcept;
+  void add_extra_column(CsvColumn column);
   Expected<void, SetupError> choose_taxels();
-  [[nodiscard]] double extra_value(std::string_view field, std::size_t column);
-  [[nodiscard]] Expected<Column, SetupError> column_named(const std::string& name);
+  [[nodiscard]] Expected<CsvColumn, SetupError> column_named(const std::string& name);
 
   LineReader lines_;
   UnitFactors factors_;
   bool factors_used_ = false;
-  std::vector<Column> columns_;
+  std::vector<CsvColumn> columns_;  ///< forces in mN; those of the model, others have numbers
+  DeviceReading reading_;           ///< of the present row
   std::vector<std::string> extra_columns_;
   std::vector<std::string> ignored_columns_;
   std::vector<std::string> taxels_;

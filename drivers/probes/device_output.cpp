@@ -25,6 +25,7 @@ DeviceOutput::Result DeviceOutput::take_taxels(const DeviceReading& reading,
   const std::span<double> kPa = columns.taxels_in(row);
   result.waiting = !taxels_->take(reading, kPa, result.notices);
   if (result.waiting) return result;
+  result.zeros = taxels_->changed_zeros();
   result.absent = taxels_->out() == taxels_->size();
   if (result.absent) return result;
   ProbeSample sample{.force_mN = taxels_->force_mN(kPa), .channels = ProbeSample::kForce};

@@ -26,6 +26,8 @@ class DeviceOutput {
     bool saturated = false;
     bool outside = false;                   ///< of the range of its calibration
     std::vector<std::string> notices = {};  ///< for the user
+    std::span<const TaxelZeros> zeros =
+        {};  ///< of its array that have changed; until the next call
   };
 
   /// \param further  channels that its rows carry beside its own: ProbeInfo::extra_columns

@@ -36,6 +36,8 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
+  settings.live = options.whole("live", 1, 0, 1) == 1;
+  if (!settings.live) settings.times = ReadingTimes::Rule::kUnmapped;
   settings.calibration = options.text("calibration", "");
   settings.sync = options.text("sync", "");
   // A board that resets when its port is opened is silent until it has booted.
@@ -111,10 +113,17 @@ Expected<void, SetupError> DeviceProbe::listen() {
                                    .heard = heard_});
     }
     judge_quality();
-    stream_.readings.clear();
-    stream_.edges.clear();
+    if (settings_.live) {
+      stream_.readings.clear();
+      stream_.edges.clear();
+    }
     times_.set_wrap(protocol_->clock_wrap());
     times_.observe(std::exchange(stream_.exchanges, {}));
+  }
+  if (!stream_.readings.empty() && !stream_.readings.front().device_time) {
+    return bad_input("\"" + settings_.uri +
+                     "\": live=0 reads a device on its own times, but it sends none: add a time "
+                     "column, such as time_s, or remove live=0");
   }
   name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
@@ -130,7 +139,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
                                                              : protocol_->serial_number()),
                          .channels = 0,
                          .period = protocol_->period(),
-                         .replayed = false,
+                         .replayed = !settings_.live,
                          .calibration_file = settings_.calibration};
   const std::vector<ChannelName> names = protocol_->channel_names();
   const auto refuse = [&](const std::string& why) {
@@ -272,9 +281,9 @@ std::string DeviceProbe::to_check() const {
 
 Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, milliseconds patience) {
   const Time until = now() + patience;
-  if (!started_) discard_old_input();
+  if (!started_) start();
   do {
-    if (!connected_ && !connect_again(until)) break;
+    if (!connected_ && (!settings_.live || !connect_again(until))) break;
     if (!exchange(until)) {
       disconnected(now());
       continue;
@@ -284,16 +293,30 @@ Expected<std::size_t, ProbeError> DeviceProbe::read(Readings& readings, millisec
   publish();
   readings.clear();
   std::swap(readings.edges(), edges_);
+  std::swap(readings.zeros(), zeros_);
   const std::size_t count = std::min(readings.room(), ready_->size() - next_ready_);
   readings.add(*ready_, next_ready_, count);
   next_ready_ += count;
   if (next_ready_ == ready_->size()) clear_ready();
+  if (count == 0 && !connected_ && !settings_.live) {
+    return Unexpected<ProbeError>(ProbeError::kEndOfStream);
+  }
   return count;
 }
 
 void DeviceProbe::clear_ready() {
   ready_->clear();
   next_ready_ = 0;
+}
+
+void DeviceProbe::start() {
+  if (settings_.live) discard_old_input();
+  protocol_->start(now(), stream_);
+  log_.started(now(), stream_.counts);
+  started_ = true;
+  last_sense_ = now();
+  frames_at_last_sense_ = stream_.counts.frames;
+  bytes_at_last_sense_ = stream_.counts.bytes;
 }
 
 /// Input from the time without a reader is out of date.
@@ -321,16 +344,14 @@ void DeviceProbe::discard_old_input() {
   stream_.counts.without_value = stream_.counts.reordered = 0;
   stream_.rejected.clear();
   judged_ = stream_.counts;
-  protocol_->start(now(), stream_);
-  log_.started(now(), stream_.counts);
-  started_ = true;
-  last_sense_ = now();
-  frames_at_last_sense_ = stream_.counts.frames;
-  bytes_at_last_sense_ = stream_.counts.bytes;
 }
 
 void DeviceProbe::disconnected(Time time) {
   connected_ = false;
+  if (!settings_.live) {
+    take_readings();
+    return;
+  }
   lost_since_ = time;
   backoff_ = kFirstBackoff;
   try_again_ = time + backoff_;
@@ -389,6 +410,9 @@ void DeviceProbe::take_readings() {
   }
   counts_.largest_batch = std::max<std::uint64_t>(counts_.largest_batch, readings.size());
   const std::vector<Time> times = times_.of(readings);
+  if (!settings_.live) {
+    for (std::size_t i = 0; i < readings.size(); ++i) readings[i].arrival = times[i];
+  }
   for (const std::string& sentence : times_.take_notices()) notice(name_ + ": " + sentence);
   const auto period = protocol_->period();
   if (overran_ && period && !readings.empty()) {
@@ -481,6 +505,11 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     const ProbeColumns& columns = ready_->columns().of(i);
     const DeviceOutput::Result result = outputs_[i].take(reading, columns, row);
     for (const std::string& sentence : result.notices) notice(sentence);
+    for (TaxelZeros zeros : result.zeros) {
+      zeros.time = time;
+      zeros.probe = static_cast<std::uint32_t>(i);
+      zeros_.push_back(zeros);
+    }
     if (!result.measured) columns.put_nothing(row);
     if (!result.measured && !result.waiting) ++refused;
     if (result.absent) ++absent;
@@ -524,7 +553,7 @@ void DeviceProbe::publish() {
   if (counts_.unexpected.empty() && !stream_.rejected.empty()) {
     counts_.unexpected = answer_and_expected(stream_.rejected, expected());
   }
-  const Time present_outage = connected_ ? Time{0} : now() - lost_since_;
+  const Time present_outage = connected_ || !settings_.live ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
   lacks_.resize(outputs_.size());

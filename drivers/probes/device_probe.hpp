@@ -26,7 +26,7 @@
 namespace merkel {
 
 /// A device: a protocol on a transport, its clock mapped to the host's, its readings calibrated.
-/// Reconnects automatically after it was unplugged.
+/// Reconnects automatically after it was unplugged; one that is not live has ended then.
 class DeviceProbe final : public Probe {
  public:
   struct Settings {
@@ -40,10 +40,12 @@ class DeviceProbe final : public Probe {
     std::chrono::milliseconds silence{2000};
     StreamQuality::Parameters quality;
     std::chrono::milliseconds boot{0};  ///< further patience for the first byte
+    /// False: it is read like a recording, as fast as it sends, and on its own times.
+    bool live = true;
     std::string hint;  ///< what to check if no valid data arrives ("the baud rate, …")
     HostClock* clock = &HostClock::real();
   };
-  /// Reads the options common to all devices: clock, calibration, timeout_ms, bad_share,
+  /// Reads the options common to all devices: clock, live, calibration, timeout_ms, bad_share,
   /// bad_window_ms.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri,
                                               const DeviceUri& device);
@@ -84,6 +86,7 @@ class DeviceProbe final : public Probe {
   bool send();
   void disconnected(Time now);
   bool connect_again(Time until);
+  void start();
   void discard_old_input();
   void follow_restarts(Time now);
   void take_readings();
@@ -104,7 +107,8 @@ class DeviceProbe final : public Probe {
   std::vector<ProbeInfo> infos_;      ///< of each
   ReadingTimes times_;
   SyncLines sync_lines_;
-  std::vector<SyncEdge> edges_;  ///< not delivered yet
+  std::vector<SyncEdge> edges_;    ///< not delivered yet
+  std::vector<TaxelZeros> zeros_;  ///< the same
   DeviceStream stream_;
   StreamQuality quality_;
   ProtocolCounts judged_;  ///< the counts up to which quality_ has judged

@@ -23,11 +23,6 @@ LiveProbe::LiveProbe(std::unique_ptr<Probe> recording)
   info_.replayed = false;
 }
 
-void LiveProbe::take_edges(Readings& readings) {
-  std::swap(readings.edges(), ahead_.edges());
-  for (SyncEdge& edge : readings.edges()) edge.time += shift_.value_or(std::chrono::nanoseconds{0});
-}
-
 Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
                                                   std::chrono::milliseconds patience) {
   readings.clear();
@@ -36,7 +31,7 @@ Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
     const auto count = ForwardingProbe::read(ahead_, patience);
     if (!count) ahead_.clear();
     if (!count || *count == 0) {
-      take_edges(readings);
+      readings.take_beside(ahead_, shift_.value_or(std::chrono::nanoseconds{0}));
       return count;
     }
   }
@@ -52,7 +47,7 @@ Expected<std::size_t, ProbeError> LiveProbe::read(Readings& readings,
     ++next_;
   }
   readings.add(ahead_, first, next_ - first);
-  take_edges(readings);
+  readings.take_beside(ahead_, *shift_);
   for (ReadingHead& head : readings.heads()) {
     head.time += *shift_;
     head.arrival = arrival;

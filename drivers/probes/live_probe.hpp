@@ -22,8 +22,6 @@ class LiveProbe final : public ForwardingProbe {
                                                        std::chrono::milliseconds patience) override;
 
  private:
-  void take_edges(Readings& readings);
-
   ProbeInfo info_;
   Readings ahead_;                                 ///< read, but not yet due
   std::size_t next_ = 0;                           ///< next one of `ahead_`

@@ -41,6 +41,14 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
   const auto wrong = std::count_if(batch.begin(), batch.end(),
                                    [](const DeviceReading& next) { return next.wrong_time; });
   if (wrong > 0) note_wrong_times(static_cast<std::uint64_t>(wrong), batch.back().arrival);
+  if (rule_ == Rule::kUnmapped) {
+    by_clock_ = true;
+    for (const DeviceReading& reading : batch) {
+      if (reading.device_time) last_time_ = clock_.observe(*reading.device_time, Time{0});
+      times.push_back(last_time_);
+    }
+    return times;
+  }
   by_clock_ = rule_ != Rule::kArrival &&
               std::any_of(batch.begin(), batch.end(),
                           [](const DeviceReading& next) { return next.device_time.has_value(); });
@@ -64,6 +72,7 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
 
 std::chrono::nanoseconds ReadingTimes::of_edge(Time device_time, Time arrival) const {
   if (!by_clock_) return arrival;
+  if (rule_ == Rule::kUnmapped) return clock_.unwrapped(device_time, Time{0});
   const Time device = clock_.unwrapped(device_time, arrival);
   const auto mapped = rule_ == Rule::kDevice && start_ ? start_->second + (device - start_->first)
                                                        : clock_.estimate(device).value_or(arrival);
@@ -275,7 +284,7 @@ void ReadingTimes::describe(DeviceCounts& counts) const {
   counts.clock_mistrusted = !rates_.agrees();
   if (by_clock_ && rule_ == Rule::kHost) {
     counts.latency_us = stamp_age_us_;
-  } else if (by_clock_) {
+  } else if (by_clock_ && rule_ != Rule::kUnmapped) {
     const DeviceClock::Report report = clock_.report();
     counts.drift_ppm = report.drift_ppm;
     counts.jitter_us = report.jitter_us;

@@ -30,8 +30,8 @@ class ReadingTimes {
   /// from the first reading on; the arrival; or the device's times as they are, because they are on
   /// the host's clock already (they are mapped if the arrivals show that they are not); or the
   /// device's clock mapped without a check by the arrivals, because a late reader finds every
-  /// reading in the device's buffer.
-  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost, kBuffered };
+  /// reading in the device's buffer; or the device's times as they are, whatever the host's clock.
+  enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost, kBuffered, kUnmapped };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
 

@@ -102,7 +102,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   if (next_ == waiting_.size()) {
     next_ = 0;
     const auto read = ForwardingProbe::read(waiting_, patience);
-    std::swap(readings.edges(), waiting_.edges());
+    readings.take_beside(waiting_);
     if (!read) waiting_.clear();
     if (!read || *read == 0) return read;
   }

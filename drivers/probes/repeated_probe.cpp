@@ -31,7 +31,7 @@ Expected<std::size_t, ProbeError> RepeatedProbe::read(Readings& readings,
     head.sequence = next_sequence_++;
     last_ = head.time;
   }
-  for (SyncEdge& edge : readings.edges()) edge.time += shift_;
+  readings.shift_beside(shift_);
   if (auto notices = round_->take_notices(); !notices.empty()) {
     const std::scoped_lock lock(mutex_);
     notices_.insert(notices_.end(), notices.begin(), notices.end());

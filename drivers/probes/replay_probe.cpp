@@ -194,7 +194,7 @@ Expected<std::size_t, ProbeError> ReplayProbe::read(Readings& readings,
   const std::size_t wanted = std::min(readings.room(), chunk_);
   const std::size_t before = std::min(wanted, first_.size() - next_of_first_);
   readings.add(first_, next_of_first_, before);
-  std::swap(readings.edges(), first_.edges());
+  readings.take_beside(first_);
   next_of_first_ += before;
   if (before < wanted && error_message_.empty()) {
     const auto more = source_->read(readings, wanted - before);

@@ -44,7 +44,11 @@ std::string three_digits(double value) {
 
 TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels,
                              const ChannelSelection::Taxels& array)
-    : name_(std::move(name)), area_mm2_(array.area_mm2), tracks_(array.tracks) {
+    : name_(std::move(name)),
+      zeros_kPa_(channels.size()),
+      changed_zeros_(channels.size()),
+      area_mm2_(array.area_mm2),
+      tracks_(array.tracks) {
   for (ChannelName& channel : channels) {
     const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
     channels_.push_back({.channel = std::move(channel), .to_kPa = to_kPa});
@@ -200,6 +204,14 @@ bool TaxelReadings::take(const DeviceReading& reading, std::span<double> kPa,
   }
   if (changed_) name_stuck(notices);
   return true;
+}
+
+std::span<const TaxelZeros> TaxelReadings::changed_zeros() {
+  std::ranges::transform(channels_, zeros_kPa_.begin(), [](const Taxel& taxel) {
+    const double drift = taxel.drift ? taxel.drift->zero() : 0.0;
+    return static_cast<float>((taxel.zero + drift) * taxel.to_kPa);
+  });
+  return changed_zeros_.changed(zeros_kPa_, {}, 0, 0);
 }
 
 double TaxelReadings::force_mN(std::span<const double> kPa) const noexcept {

@@ -9,6 +9,7 @@
 
 #include "core/contact/taxel_gap.hpp"
 #include "core/contact/zero_tracker.hpp"
+#include "core/records/taxel_blocks.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/tare_request.hpp"
 #include "drivers/protocols/protocol.hpp"
@@ -36,6 +37,8 @@ class TaxelReadings {
   /// \param kPa  gets a value per taxel, in single precision, as the records of pressures are
   [[nodiscard]] bool take(const DeviceReading& reading, std::span<double> kPa,
                           std::vector<std::string>& notices);
+  /// The zeros that the last reading has changed, in kPa; valid until the next one.
+  [[nodiscard]] std::span<const TaxelZeros> changed_zeros();
   /// The number of taxels that are out.
   [[nodiscard]] std::size_t out() const noexcept { return out_; }
   /// The most that were, with some names: "100 of its 144 taxels had no value (t1_kPa, …)"; empty:
@@ -75,6 +78,8 @@ class TaxelReadings {
 
   std::string name_;
   std::vector<Taxel> channels_;
+  std::vector<float> zeros_kPa_;
+  ChangedTaxels<TaxelZeros> changed_zeros_;
   double area_mm2_;
   bool tracks_;
   TareRequest tare_;

@@ -99,6 +99,16 @@ bool is_sync_name(std::string_view name) noexcept {
          std::all_of(name.begin() + 4, name.end(), [](char c) { return is_digit(c); });
 }
 
+void CsvColumn::set_factor(double to_unit) noexcept {
+  factor = rest = to_unit;
+  power = 0;
+  if (!(factor > 0.0)) return;
+  const auto nearest = static_cast<int>(std::lround(std::log10(factor)));
+  if (std::fabs(factor / std::pow(10.0, nearest) - 1.0) >= 1e-12) return;
+  power = nearest;
+  rest = 1.0;
+}
+
 bool is_electrical_press(std::string_view name) {
   const auto mark = name.rfind('_');
   const auto unit = unit_named(mark == std::string_view::npos ? "" : name.substr(mark + 1));
@@ -153,19 +163,21 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
                                      (force ? "forces are in " + std::string(kForceUnits)
                                             : "lengths are in " + std::string(kLengthUnits)));
     }
-    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+    CsvColumn column{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = channel,
-                     .factor = measured->factor,
                      .force = force};
+    column.set_factor(measured->factor);
+    return column;
   }
   if (measured && !measured->is_electrical() && !stem.empty()) {
-    return CsvColumn{.kind = CsvColumn::Kind::kValue,
+    CsvColumn column{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
-                     .factor = measured->factor,
                      .force = measured->quantity == Quantity::kForce,
                      .pressure = measured->quantity == Quantity::kPressure};
+    column.set_factor(measured->factor);
+    return column;
   }
   return Unexpected<std::string>("the column " + std::string(name) +
                                  " is unknown; the known ones are " + csv_column_names());
@@ -333,8 +345,10 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
   return columns;
 }
 
-bool read_csv_column(const CsvColumn& column, std::string_view part, bool decimal_comma,
+bool read_csv_column(const CsvColumn& column, std::string_view part, CsvNumbers numbers,
                      DeviceReading& reading, std::optional<std::uint32_t>& number) {
+  const bool decimal_comma = numbers == CsvNumbers::kDecimalComma;
+  const bool plain = numbers == CsvNumbers::kPlain;
   switch (column.kind) {
     case CsvColumn::Kind::kSkip:
       return true;
@@ -347,7 +361,7 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
         }
       }
       const CsvField field = parse_csv_field(part, decimal_comma);
-      const auto& count = field.number;
+      const auto count = plain ? parse_number(part) : field.number;
       // A unit may follow the number, but not another number.
       const bool endless = is_endless_number(part);
       if (!endless &&
@@ -369,14 +383,14 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, bool decima
     }
     case CsvColumn::Kind::kValue: {
       // Exact for a number without a unit, the usual case.
-      if (const auto value = decimal_comma ? std::nullopt : parse_number(part)) {
-        reading.set(column.channel, *value * column.factor);
+      if (const auto value = decimal_comma ? std::nullopt : parse_number(part, column.power)) {
+        reading.set(column.channel, *value * column.rest);
         return true;
       }
       const CsvField field = parse_csv_field(part, decimal_comma);
-      if (!field.number) {
+      if (plain || !field.number) {
         // One sensor of several without a value is no damage to the others.
-        const bool absent = part.find_first_of("0123456789") == std::string_view::npos;
+        const bool absent = plain || part.find_first_of("0123456789") == std::string_view::npos;
         if (!is_named(column.channel) || !absent) return false;
         reading.set(column.channel, std::numeric_limits<double>::quiet_NaN());
         return true;

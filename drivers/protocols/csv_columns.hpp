@@ -19,11 +19,22 @@ struct CsvColumn {
   std::string name;      ///< with its unit
   std::string key = {};  ///< what the device calls it, if something else
   DeviceChannel channel = DeviceChannel::kForce;
-  double factor = 1.0;           ///< to N or mm
+  double factor = 1.0;  ///< to N or mm: 10^power · rest
+  int power = 0;        ///< shifts the decimal point, which adds no rounding error
+  double rest = 1.0;
   bool force = true;             ///< of a value: in N; else in mm, or
   bool pressure = false;         ///< in kPa, or
   bool sync = false;             ///< a sync line: 0 or 1
   std::int64_t nanoseconds = 0;  ///< per unit of time
+
+  void set_factor(double to_unit) noexcept;
+};
+
+/// How numbers are written.
+enum class CsvNumbers : std::uint8_t {
+  kPlain,         ///< nothing but the number, as in a trace
+  kPoint,         ///< labels and units may stand beside it,
+  kDecimalComma,  ///< also with a comma for the point
 };
 
 /// Parses the name of a column ("force_N"), or returns an error. A name of its own with a unit of
@@ -75,10 +86,10 @@ struct CsvColumn {
 /// True for a sync line: "sync", "sync1", "sync2", …
 [[nodiscard]] bool is_sync_name(std::string_view name) noexcept;
 
-/// Reads the field of a column into a reading, a sequence number into `number`. False if the field
-/// does not hold what the column requires.
+/// Reads the field of a column into a reading, a sequence number into `number`: the only parser of
+/// rows, those of devices and of traces. False if the field does not hold what the column requires.
 [[nodiscard]] bool read_csv_column(const CsvColumn& column, std::string_view field,
-                                   bool decimal_comma, DeviceReading& reading,
+                                   CsvNumbers numbers, DeviceReading& reading,
                                    std::optional<std::uint32_t>& number);
 
 }  // namespace merkel

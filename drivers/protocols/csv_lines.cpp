@@ -328,7 +328,9 @@ class CsvLines final : public LineProtocol {
     if (parts_.size() != layout.size()) return false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (layout[i] == RowNames::kIgnored) continue;
-      if (!read_csv_column(names.column(layout[i]), parts_[i], decimal_comma, reading, number)) {
+      if (!read_csv_column(names.column(layout[i]), parts_[i],
+                           decimal_comma ? CsvNumbers::kDecimalComma : CsvNumbers::kPoint, reading,
+                           number)) {
         return false;
       }
     }

@@ -16,7 +16,7 @@ bool equal_ignoring_case(std::string_view a, std::string_view b) noexcept {
 /// A unit that a later name states replaces the one so far.
 void take_unit(CsvColumn& column, const CsvColumn& meaning) {
   column.name = meaning.name;
-  column.factor = meaning.factor;
+  column.set_factor(meaning.factor);
   column.nanoseconds = meaning.nanoseconds;
 }
 

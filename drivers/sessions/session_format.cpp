@@ -107,6 +107,7 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<TaxelBlock>("merkel.taxels", "TaxelPressures"),
     stream_of<SentCommand>("merkel.sent", "SentCommands"),
     stream_of<SyncEdge>("merkel.sync", "SyncEdges"),
+    stream_of<TaxelZeros>("merkel.taxel_zeros", "TaxelZeros"),
 }};
 
 }  // namespace

@@ -84,6 +84,9 @@ struct SessionStreamOf<SentCommand> : StoredAs<SessionStream::Id::kSent, double,
 template <>
 struct SessionStreamOf<SyncEdge> : StoredAs<SessionStream::Id::kSync, std::int64_t, kSyncColumns> {
 };
+template <>
+struct SessionStreamOf<TaxelZeros>
+    : StoredAs<SessionStream::Id::kTaxelZeros, double, kTaxelColumns> {};
 
 template <class Record>
 inline constexpr bool kStored = requires {
@@ -120,6 +123,9 @@ inline bool plausible_record(const TickRecord& tick) {
          plausible(tick.contact.force_mN, SampleLimits::kForce_mN) &&
          plausible(tick.contact.x_mm, SampleLimits::kPosition_mm) &&
          plausible(tick.contact.y_mm, SampleLimits::kPosition_mm);
+}
+inline bool plausible_record(const TaxelZeros& zeros) {
+  return zeros.first + std::size_t{zeros.count} <= TaxelArray::kMax;
 }
 inline bool plausible_record(const TaxelBlock& block) {
   return block.first + std::size_t{block.count} <= TaxelArray::kMax &&

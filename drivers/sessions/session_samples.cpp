@@ -62,6 +62,9 @@ Expected<bool, SetupError> SessionSamples::refill() {
     for (const SyncEdge& edge : chunk_.edges) {
       if (edge.probe == probe_) edges_.push_back(edge);
     }
+    for (TaxelZeros zeros : chunk_.zeros) {
+      if (std::exchange(zeros.probe, 0) == probe_) zeros_.push_back(zeros);
+    }
     if (taxels_ > 0) {
       blocks_.insert(blocks_.end(), chunk_.taxels.begin(), chunk_.taxels.end());
       for (const TickRecord& tick : chunk_.ticks) take_taxels(tick);
@@ -124,6 +127,8 @@ Expected<std::size_t, SetupError> SessionSamples::read(Readings& readings, std::
   }
   readings.edges().insert(readings.edges().end(), edges_.begin(), edges_.end());
   edges_.clear();
+  readings.zeros().insert(readings.zeros().end(), zeros_.begin(), zeros_.end());
+  zeros_.clear();
   // A recording has arrived when it was made; a replay has its samples at once.
   for (ReadingHead& head : readings.heads().last(count)) head.arrival = head.time;
   return count;

@@ -58,8 +58,9 @@ class SessionSamples final : public SampleSource {
   SessionChunk chunk_;
   Readings waiting_{ReadingColumns()};
   std::size_t next_ = 0;
-  std::vector<SyncEdge> edges_;  ///< of the probe, not handed on
-  bool found_ = false;           ///< a sample, whose channels are those of all
+  std::vector<SyncEdge> edges_;    ///< of the probe, not handed on
+  std::vector<TaxelZeros> zeros_;  ///< the same
+  bool found_ = false;             ///< a sample, whose channels are those of all
   std::optional<std::chrono::nanoseconds> last_;
   // Of a tactile array:
   std::size_t taxels_ = 0;

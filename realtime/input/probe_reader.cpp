@@ -8,15 +8,16 @@
 #include "realtime/threads/serving_priority.hpp"
 namespace merkel {
 
-ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers,
-                         std::vector<Feed<SyncEdge>*> edges, Parameters parameters)
+ProbeReader::ProbeReader(Probe& probe, std::vector<Receivers> receivers, DeviceFeeds feeds,
+                         Parameters parameters)
     : probe_(probe),
       receivers_(std::move(receivers)),
-      edges_(std::move(edges)),
+      feeds_(std::move(feeds)),
       parameters_(parameters),
       thread_([this](const std::stop_token& stop) {
         read_all(stop);
-        for (auto* const feed : edges_) feed->end();
+        for (auto* const feed : feeds_.edges) feed->end();
+        for (auto* const feed : feeds_.zeros) feed->end();
         for (const Receivers& each : receivers_) {
           each.channel->ended.store(true, std::memory_order_release);
           for (auto* const feed : each.feeds) feed->end();
@@ -53,11 +54,15 @@ void ProbeReader::push_to_feeds(const ReadingHead& head, std::span<const double>
   }
 }
 
-void ProbeReader::push_edges(std::span<const SyncEdge> edges, const std::stop_token& stop) {
-  for (SyncEdge edge : edges) {
-    edge.time += parameters_.shift;
+void ProbeReader::push_beside(Readings& readings, const std::stop_token& stop) {
+  readings.shift_beside(parameters_.shift);
+  for (SyncEdge& edge : readings.edges()) {
     edge.probe = receivers_.front().probe;
-    for (auto* const feed : edges_) push(*feed, stop, edge);
+    for (auto* const feed : feeds_.edges) push(*feed, stop, edge);
+  }
+  for (TaxelZeros& zeros : readings.zeros()) {
+    zeros.probe = receivers_[zeros.probe].probe;
+    for (auto* const feed : feeds_.zeros) push(*feed, stop, zeros);
   }
 }
 
@@ -84,7 +89,7 @@ void ProbeReader::read_all(const std::stop_token& stop) {
       bad_input_ = count.error() == ProbeError::kBadData;
       return;
     }
-    push_edges(readings.edges(), stop);
+    push_beside(readings, stop);
     for (std::size_t i = 0; i < readings.size(); ++i) {
       ReadingHead& head = readings.head(i);
       const std::span<double> row = readings.row(i);

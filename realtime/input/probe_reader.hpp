@@ -40,9 +40,14 @@ class ProbeReader {
     bool wait_for_sinks = false;
   };
 
+  /// Of sinks that take the edges of a device's sync lines, and the zeros of its arrays.
+  struct DeviceFeeds {
+    std::vector<Feed<SyncEdge>*> edges;
+    std::vector<Feed<TaxelZeros>*> zeros;
+  };
+
   /// Starts reading. \param receivers  one for each output of the probe
-  /// \param edges  of sinks that take the edges of sync lines
-  ProbeReader(Probe& probe, std::vector<Receivers> receivers, std::vector<Feed<SyncEdge>*> edges,
+  ProbeReader(Probe& probe, std::vector<Receivers> receivers, DeviceFeeds feeds,
               Parameters parameters);
   ProbeReader(const ProbeReader&) = delete;
   ProbeReader& operator=(const ProbeReader&) = delete;
@@ -62,13 +67,13 @@ class ProbeReader {
   bool deliver(const ReadingHead& head, std::span<const double> row, const std::stop_token& stop);
   void push_to_feeds(const ReadingHead& head, std::span<const double> row,
                      const std::stop_token& stop);
-  void push_edges(std::span<const SyncEdge> edges, const std::stop_token& stop);
+  void push_beside(Readings& readings, const std::stop_token& stop);
   template <class... Record>
   void push(auto& feed, const std::stop_token& stop, const Record&... record);
 
   Probe& probe_;
   std::vector<Receivers> receivers_;
-  std::vector<Feed<SyncEdge>*> edges_;
+  DeviceFeeds feeds_;
   Parameters parameters_;
   std::string error_message_;
   bool bad_input_ = false;

@@ -11,6 +11,7 @@
 #include "core/realtime_tag.hpp"
 #include "core/records/contact_input.hpp"
 #include "core/records/loop_event.hpp"
+#include "core/records/taxel_blocks.hpp"
 #include "core/records/tick_record.hpp"
 #include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
@@ -19,7 +20,6 @@
 #include "realtime/loop/delay_control.hpp"
 #include "realtime/loop/loop_statistics.hpp"
 #include "realtime/loop/run_tally.hpp"
-#include "realtime/loop/taxel_blocks.hpp"
 #include "realtime/loop/tick_timing.hpp"
 #include "realtime/output/fanout.hpp"
 #include "realtime/queues/bounded_queue.hpp"
@@ -298,8 +298,8 @@ class FixedStepLoop {
   }
 
   /// One for each probe; empty for those that are no tactile array.
-  static std::vector<TaxelBlocks> blocks_of(std::span<ProbeInput> inputs) {
-    std::vector<TaxelBlocks> blocks;
+  static std::vector<ChangedTaxels<TaxelBlock>> blocks_of(std::span<ProbeInput> inputs) {
+    std::vector<ChangedTaxels<TaxelBlock>> blocks;
     for (const ProbeInput& input : inputs) blocks.emplace_back(input.taxels().size());
     return blocks;
   }
@@ -362,7 +362,7 @@ class FixedStepLoop {
   LoopStatistics& statistics_;
   BoundedQueue<LoopEvent>& events_;
   SimulationStep step_;
-  std::vector<TaxelBlocks> taxel_blocks_;
+  std::vector<ChangedTaxels<TaxelBlock>> taxel_blocks_;
   std::vector<TickRecord> records_;
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::optional<std::chrono::nanoseconds>> uncertain_since_;  ///< zeros

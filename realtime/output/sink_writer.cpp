@@ -102,7 +102,7 @@ void SinkWriter::write_status() {
   status.losses = {
       .spikes = channel.dropped<SpikeEvent>(),
       .ticks = channel.dropped<TickRecord>(),
-      .taxels = channel.dropped<TaxelBlock>(),
+      .taxels = channel.dropped<TaxelBlock>() + channel.dropped<TaxelZeros>(),
       .events = channel.dropped<LoopEvent>(),
       .samples = channel.dropped<DeliveredSample>(),
       .edges = channel.dropped<SyncEdge>(),
@@ -117,6 +117,7 @@ bool SinkWriter::all_ended() const {
   return sources_.channel.ended.load(std::memory_order_acquire) &&
          std::all_of(feeds.samples.begin(), feeds.samples.end(), ended) &&
          std::all_of(feeds.edges.begin(), feeds.edges.end(), ended) &&
+         std::all_of(feeds.zeros.begin(), feeds.zeros.end(), ended) &&
          std::all_of(feeds.frames.begin(), feeds.frames.end(), ended) &&
          (sources_.gate == nullptr || std::all_of(feeds.sent.begin(), feeds.sent.end(), ended));
 }

@@ -1,11 +1,14 @@
 #include "tools/studies/score/score.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <set>
 #include <string>
+#include <utility>
 #include <variant>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "tests/temporary_folder.hpp"
@@ -364,6 +367,39 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
        "--out", folder.path("m")});
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.err.find("no.csv"), std::string::npos) << missing.err;
+}
+
+TEST(ScoreCommand, ThePhasesOfAPressAreThoseOfItsContact) {
+  const TemporaryFolder folder;
+  std::string trace = "time_s,force_N\n";
+  for (int i = 0; i <= 300; ++i) {
+    const double press_N = std::clamp(0.01 * std::min(i - 100, 220 - i), 0.0, 0.2);
+    trace += fmt::format("{:.2f},{:.3f}\n", 0.01 * i,
+                         press_N > 0.0 ? press_N
+                         : i % 2 == 0  ? 0.003
+                                       : -0.003);
+  }
+  const std::string press = folder.file("press.csv", trace);
+  const std::string scene =
+      folder.file("gauge.toml", "preset = \"goodwin\"\n[probe]\nuri = \"replay:" + press +
+                                    "\"\ncontact_N = 0.012\n");
+  ASSERT_EQ(
+      run_program({"run", scene, "--fast", "--sink", "xdf:" + folder.path("press.xdf")}).exit_code,
+      0);
+  // Of a trace it is decided as in a run of the scene; of a session it is recorded.
+  for (const auto& [scored, file] :
+       {std::pair<std::string, std::string>{scene, "press.csv"}, {"goodwin", "press.xdf"}}) {
+    const std::string data =
+        folder.file("d.json", R"({"trials": {"cite": "mine", "name": "one", "trace": ")" + file +
+                                  R"(", "spike_times_s": [[1.5, 1.6], [1.5]]}})");
+    const auto run = run_program({"score", scored, "--data", data, "--trials", "1", "--overwrite",
+                                  "--out", folder.path("s")});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    for (const char* row :
+         {"| ramp | 1.020 | 1.190 |", "| hold | 1.190 | 2.010 |", "| release | 2.010 | 2.190 |"}) {
+      EXPECT_NE(run.out.find(row), std::string::npos) << file << "\n" << run.out;
+    }
+  }
 }
 
 TEST(ScoreCommand, BadDataIsRefusedBeforeAnythingIsWritten) {

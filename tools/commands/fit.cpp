@@ -105,7 +105,7 @@ Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene
 int fit_command(const FitCommand& command) {
   auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
-  const auto recordings = recordings_named(command.data);
+  const auto recordings = recordings_named(command.data, scene->probes.front().input.contact);
   if (!recordings) return refuse(recordings.error());
   const bool compares = !recordings->trials.empty();
   if (!command.report.empty() && !compares) {

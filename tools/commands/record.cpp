@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/records/taxel_blocks.hpp"
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
-#include "realtime/loop/taxel_blocks.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/device_summary.hpp"
@@ -120,7 +120,10 @@ class Recording {
   /// Writes the waiting frames of the ports with these readings.
   void write_all(const Readings* readings, std::span<const RunStatus> status) {
     clear_all(records_);
-    if (readings != nullptr) records_.edges = readings->edges();
+    if (readings != nullptr) {
+      records_.edges = readings->edges();
+      records_.zeros = readings->zeros();
+    }
     for (const auto& feed : feeds_) feed->take(records_.frames);
     for (std::size_t i = 0; readings != nullptr && i < readings->size(); ++i) {
       const auto sample = readings->sample(i);
@@ -145,7 +148,7 @@ class Recording {
   Feeds<PortFrame> feeds_;
   std::vector<std::unique_ptr<FrameTap>> taps_;
   RecordLists<RecordVector> records_;
-  std::optional<TaxelBlocks> taxels_;
+  std::optional<ChangedTaxels<TaxelBlock>> taxels_;
   std::vector<float> pressures_;  ///< of the last sample
   std::uint64_t taken_ = 0;       ///< samples
   bool replayed_ = false;

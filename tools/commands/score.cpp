@@ -26,7 +26,7 @@ struct ScoreCommand {
 int score(const ScoreCommand& command) {
   const auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
-  const auto recordings = recordings_named(command.data);
+  const auto recordings = recordings_named(command.data, scene->probes.front().input.contact);
   if (!recordings) return refuse(recordings.error());
   const std::size_t threads = jobs_or_cores(command.threads);
   std::vector<ReportPart> parts = {{"scorecard", [&](const ReportFolder& folder) {

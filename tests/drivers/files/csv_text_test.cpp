@@ -28,6 +28,8 @@ TEST(CsvText, NumbersAreWholeFieldsOrNothing) {
   EXPECT_TRUE(std::isnan(*parse_number("nan")));
   EXPECT_TRUE(std::isinf(*parse_number("1e999")));
   EXPECT_EQ(parse_number("1e-999"), 0.0);
+  // Also a number of more digits than are shifted.
+  EXPECT_DOUBLE_EQ(*parse_number("0.25" + std::string(60, '0'), 3), 250.0);
   for (const char* text : {"", "x", "1.5mm", "1,5", "--1", "0x10", "1 2"}) {
     EXPECT_FALSE(parse_number(text)) << text;
   }

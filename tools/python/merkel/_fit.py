@@ -78,11 +78,11 @@ def fit(scene="goodwin", data=None, parameters=("gain_Hz_per_kPa", "fast_weight"
     names, file = list(parameters), "" if data is None else str(pathlib.Path(data).absolute())
     elsewhere = None
     if executor is not None:
-        parts = min(_fit_points(file), 2 * _workers(executor))
+        parts = min(_fit_points(scene, file), 2 * _workers(executor))
         job = scene.text, file, tuple(names), trials, parts
 
         def elsewhere(values):
-            answers = [0.0] * _fit_points(file)
+            answers = [0.0] * _fit_points(scene, file)
             tasks = [executor.submit(_responses, job, part, values) for part in range(parts)]
             for part, task in enumerate(tasks):
                 answers[part::parts] = task.result()

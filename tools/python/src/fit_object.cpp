@@ -20,8 +20,8 @@ namespace {
 
 namespace py = pybind11;
 
-Recordings recordings_of(const std::string& data) {
-  auto recordings = recordings_named(data);
+Recordings recordings_of(const SceneObject& scene, const std::string& data) {
+  auto recordings = recordings_named(data, scene.scene().probes.front().input.contact);
   if (!recordings) throw Error(recordings.error().sentence);
   return std::move(*recordings);
 }
@@ -30,7 +30,7 @@ py::dict fit_scene(const SceneObject& given, const std::string& data,
                    const std::vector<std::string>& names, std::size_t trials, int evaluations,
                    std::size_t threads, const py::object& elsewhere) {
   Scene scene = given.scene();
-  const Recordings recordings = recordings_of(data);
+  const Recordings recordings = recordings_of(given, data);
   std::exception_ptr raised;  // no exception passes through the optimiser
   FitResponses responses;
   if (!elsewhere.is_none()) {
@@ -77,13 +77,14 @@ py::dict fit_scene(const SceneObject& given, const std::string& data,
 
 void add_fit(py::module_& module) {
   module.def("_fit", &fit_scene);
-  module.def("_fit_points",
-             [](const std::string& data) { return fit_points(recordings_of(data).sets); });
+  module.def("_fit_points", [](const SceneObject& scene, const std::string& data) {
+    return fit_points(recordings_of(scene, data).sets);
+  });
   py::class_<FitPart>(module, "_FitPart")
       .def(py::init([](const SceneObject& scene, const std::string& data,
                        const std::vector<std::string>& names, std::size_t trials, std::size_t part,
                        std::size_t parts) {
-        const Recordings recordings = recordings_of(data);
+        const Recordings recordings = recordings_of(scene, data);
         const GilRelease release;
         auto made =
             FitPart::create(scene.scene().model, recordings.sets, names, trials, part, parts);

@@ -109,7 +109,7 @@ double onset_ratio(const EncodedTouch& touch) {
   std::vector<bool> touched(rate.size());
   for (const TickRecord& tick : touch.ticks) {
     const std::size_t bin = std::min(bin_of(touch, tick.time, kBin), rate.size() - 1);
-    if (tick.press.contact.depth_mm > 0.0) touched[bin] = true;
+    if (touches(tick)) touched[bin] = true;
   }
   double sum = 0.0;
   int touches = 0;

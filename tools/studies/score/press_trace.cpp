@@ -2,35 +2,46 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <span>
 
 #include "core/units.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/probes/open_probe.hpp"
 
 namespace merkel {
 
-Expected<PressTrace, SetupError> PressTrace::read(const std::string& path) {
-  auto reader = TraceReader::open(path);
-  if (!reader) return Unexpected<SetupError>(reader.error());
-  if ((reader->channels() & (ProbeSample::kForce | ProbeSample::kDepth)) == 0U) {
+Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
+                                                  ContactDecision::Parameters contact) {
+  auto probe = open_probe("replay:" + path);
+  if (!probe) return Unexpected<SetupError>(probe.error());
+  const std::uint32_t channels = (*probe)->info().channels;
+  if ((channels & (ProbeSample::kForce | ProbeSample::kDepth)) == 0U) {
     return bad_input(path + " has neither a column force_N nor depth_mm: add the recorded one");
   }
   PressTrace trace;
-  const bool force = (reader->channels() & ProbeSample::kForce) != 0U;
-  const bool positioned = (reader->channels() & (ProbeSample::kX | ProbeSample::kY)) != 0U;
-  trace.control_ = force ? Indenter::Control::kForce : Indenter::Control::kDepth;
+  const bool force = (channels & ProbeSample::kForce) != 0U;
+  const bool positioned = (channels & (ProbeSample::kX | ProbeSample::kY)) != 0U;
+  contact.control = trace.control_ = force ? Indenter::Control::kForce : Indenter::Control::kDepth;
+  ContactDecision decision(contact, true);
   std::array<ProbeSample, 256> samples;
   std::chrono::nanoseconds first{0};
   for (;;) {
-    const auto count = reader->read(samples);
-    if (!count) return Unexpected<SetupError>(count.error());
-    if (*count == 0) break;
-    for (std::size_t i = 0; i < *count; ++i) {
-      const ProbeSample& sample = samples[i];
+    const auto count = (*probe)->read(samples, std::chrono::milliseconds{0});
+    if (!count && count.error() == ProbeError::kEndOfStream) break;
+    if (!count) return bad_input((*probe)->error_message());
+    for (ProbeSample& sample : std::span(samples).first(*count)) {
+      // That of a session was decided when it was recorded.
+      if (sample.touch == Touch::kUndecided) decision.decide(sample);
       if (trace.time_s_.empty()) {
         first = sample.time;
         trace.begin_s_ = units::s_from(sample.time);
       }
-      trace.time_s_.push_back(units::s_from(sample.time - first));
+      const double time_s = units::s_from(sample.time - first);
+      if (touches(sample)) {
+        trace.touched_s_ = trace.touched_s_ ? std::min(*trace.touched_s_, time_s) : time_s;
+        trace.released_s_ = time_s;
+      }
+      trace.time_s_.push_back(time_s);
       trace.level_.push_back(force ? sample.force_mN : sample.depth_mm);
       if (!positioned) continue;
       trace.x_mm_.push_back(sample.x_mm);
@@ -60,25 +71,20 @@ PressTrace::Level PressTrace::at(double time_s) const {
 }
 
 std::vector<PressTrace::Phase> PressTrace::phases() const {
-  const double largest = *std::max_element(level_.begin(), level_.end());
   std::vector<Phase> phases;
-  if (!(largest > 0.0)) return phases;
-  const auto first_above = [&](double share) {
-    std::size_t i = 0;
-    while (level_[i] < share * largest) ++i;
-    return time_s_[i];
-  };
-  const auto last_above = [&](double share) {
-    std::size_t i = level_.size() - 1;
-    while (level_[i] < share * largest) --i;
-    return time_s_[i];
-  };
+  if (!touched_s_) return phases;
+  const double high = 0.95 * *std::max_element(level_.begin(), level_.end());
+  const auto is_high = [high](double level) { return level >= high; };
+  const auto rose = std::find_if(level_.begin(), level_.end(), is_high) - level_.begin();
+  const auto fell = level_.rend() - std::find_if(level_.rbegin(), level_.rend(), is_high) - 1;
+  const double rose_s = time_s_[static_cast<std::size_t>(rose)];
+  const double fell_s = time_s_[static_cast<std::size_t>(fell)];
   const auto add = [&](const char* name, double begin, double end) {
     if (end - begin >= 0.01) phases.push_back({.name = name, .begin_s = begin, .end_s = end});
   };
-  add("ramp", first_above(0.01), first_above(0.95));
-  add("hold", first_above(0.95), last_above(0.95));
-  add("release", last_above(0.95), last_above(0.01));
+  add("ramp", *touched_s_, rose_s);
+  add("hold", rose_s, fell_s);
+  add("release", fell_s, released_s_);
   return phases;
 }
 

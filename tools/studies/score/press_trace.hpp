@@ -1,19 +1,23 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/contact/indenter.hpp"
 #include "core/expected.hpp"
+#include "realtime/input/contact_decision.hpp"
 
 namespace merkel {
 
 /// A recorded press from its first sample on: the quantity that drives the contact, over time.
 class PressTrace {
  public:
-  /// Reads a trace file. If it has both depth and force, force drives. Fails if it has fewer than
-  /// two samples.
-  [[nodiscard]] static Expected<PressTrace, SetupError> read(const std::string& path);
+  /// Reads a trace, or the samples of a session's first probe. If it has both depth and force,
+  /// force drives. Fails if it has fewer than two samples.
+  /// \param contact  of a trace; a session has its own
+  [[nodiscard]] static Expected<PressTrace, SetupError> read(const std::string& path,
+                                                             ContactDecision::Parameters contact);
 
   [[nodiscard]] Indenter::Control control() const noexcept { return control_; }
   /// Time of the first sample, in the file's time.
@@ -35,8 +39,8 @@ class PressTrace {
     double begin_s = 0.0;
     double end_s = 0.0;
   };
-  /// "ramp" up to 95 % of the largest level, "hold" while above it, "release" down to 1 %; phases
-  /// shorter than 10 ms are omitted.
+  /// "ramp" from the first contact up to 95 % of the largest level, "hold" while above it,
+  /// "release" until the last contact; phases shorter than 10 ms are omitted.
   [[nodiscard]] std::vector<Phase> phases() const;
 
  private:
@@ -44,6 +48,8 @@ class PressTrace {
   double begin_s_ = 0.0;
   std::vector<double> time_s_;  ///< since the first sample
   std::vector<double> level_;
+  std::optional<double> touched_s_;  ///< the first sample that touches; empty: none does
+  double released_s_ = 0.0;          ///< the last one
   std::vector<double> x_mm_, y_mm_;  ///< empty if the trace has no position
 };
 

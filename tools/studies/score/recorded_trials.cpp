@@ -160,12 +160,13 @@ double write_psth(const RecordedTrials& set, const Trains& model, CsvTable& tabl
 
 }  // namespace
 
-Expected<void, SetupError> load_trials(Recordings& recordings, const std::string& folder) {
+Expected<void, SetupError> load_trials(Recordings& recordings, const std::string& folder,
+                                       const ContactDecision::Parameters& contact) {
   const auto resolved = [&](const std::string& path) {
     return path.starts_with("/") || folder.empty() ? path : folder + "/" + path;
   };
   for (RecordedTrials& set : recordings.trials) {
-    auto trace = PressTrace::read(resolved(set.trace_file));
+    auto trace = PressTrace::read(resolved(set.trace_file), contact);
     if (!trace) return Unexpected<SetupError>(trace.error());
     set.trace = std::make_shared<PressTrace>(std::move(*trace));
     set.stimulus.trace = set.trace;

@@ -7,6 +7,7 @@
 #include "core/expected.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "realtime/input/contact_decision.hpp"
 #include "tools/studies/report/report.hpp"
 #include "tools/studies/score/recordings.hpp"
 
@@ -14,8 +15,10 @@ namespace merkel {
 
 /// Loads the traces and spike files of a data file, relative to its folder, and adds the recorded
 /// rate of every phase of a press to the data sets, so that fits use them.
+/// \param contact  of the traces
 [[nodiscard]] Expected<void, SetupError> load_trials(Recordings& recordings,
-                                                     const std::string& folder);
+                                                     const std::string& folder,
+                                                     const ContactDecision::Parameters& contact);
 
 /// The tables that score_trials() writes.
 inline constexpr const char* kTrialTables[] = {"trials.csv", "psth.csv", "press.csv",

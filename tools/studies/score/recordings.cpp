@@ -11,7 +11,8 @@ namespace merkel {
 /// The text of tools/studies/score/physiology.json, built into the program.
 extern const char* const kPublishedRecordings;
 
-Expected<Recordings, SetupError> read_recordings(const std::string& path) {
+Expected<Recordings, SetupError> read_recordings(const std::string& path,
+                                                 const ContactDecision::Parameters& contact) {
   constexpr std::size_t kLargest = std::size_t{1} << 20U;
   const auto text = read_whole_file(path, "data file", kLargest);
   if (!text) return Unexpected<SetupError>(text.error());
@@ -19,7 +20,7 @@ Expected<Recordings, SetupError> read_recordings(const std::string& path) {
   if (!recordings) return recordings;
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "" : path.substr(0, slash);
-  if (auto loaded = load_trials(*recordings, folder); !loaded) {
+  if (auto loaded = load_trials(*recordings, folder, contact); !loaded) {
     return Unexpected<SetupError>(loaded.error());
   }
   return recordings;
@@ -29,8 +30,9 @@ Recordings published_recordings() {
   return parse_recordings(kPublishedRecordings, "physiology.json").value();
 }
 
-Expected<Recordings, SetupError> recordings_named(const std::string& path) {
-  return path.empty() ? published_recordings() : read_recordings(path);
+Expected<Recordings, SetupError> recordings_named(const std::string& path,
+                                                  const ContactDecision::Parameters& contact) {
+  return path.empty() ? published_recordings() : read_recordings(path, contact);
 }
 
 }  // namespace merkel

@@ -8,6 +8,7 @@
 
 #include "core/contact/indenter.hpp"
 #include "core/expected.hpp"
+#include "realtime/input/contact_decision.hpp"
 
 namespace merkel {
 
@@ -120,13 +121,16 @@ struct Recordings {
 };
 
 /// Reads a data file (format in tools/README.md). Fails with the field and the remedy.
-[[nodiscard]] Expected<Recordings, SetupError> read_recordings(const std::string& path);
+/// \param contact  of its traces (PressTrace)
+[[nodiscard]] Expected<Recordings, SetupError> read_recordings(
+    const std::string& path, const ContactDecision::Parameters& contact);
 /// The same from its text; `name` stands for the file in messages.
 [[nodiscard]] Expected<Recordings, SetupError> parse_recordings(const std::string& text,
                                                                 const std::string& name);
 /// The recordings that are built into the program.
 [[nodiscard]] Recordings published_recordings();
 /// The recordings of a file; of an empty path, the published ones.
-[[nodiscard]] Expected<Recordings, SetupError> recordings_named(const std::string& path);
+[[nodiscard]] Expected<Recordings, SetupError> recordings_named(
+    const std::string& path, const ContactDecision::Parameters& contact);
 
 }  // namespace merkel

@@ -12,18 +12,18 @@
 
 namespace merkel {
 
-/// Makes the records of an array's pressures: of each tick, the blocks that have changed.
-/// Real-time: yes, after construction. Thread: simulation.
-class TaxelBlocks {
+/// Makes the records of an array's pressures or zeros: of each tick or reading, the blocks that
+/// have changed. Real-time: yes, after construction.
+template <class Block>
+class ChangedTaxels {
  public:
-  explicit TaxelBlocks(std::size_t taxels)
+  explicit ChangedTaxels(std::size_t taxels)
       : last_(taxels), changed_((taxels + TaxelBlock::kTaxels - 1) / TaxelBlock::kTaxels) {}
 
   /// \return valid until the next call
-  [[nodiscard]] std::span<const TaxelBlock> changed(std::span<const float> kPa,
-                                                    std::chrono::nanoseconds time,
-                                                    std::uint64_t tick,
-                                                    std::uint32_t probe) noexcept MERKEL_REALTIME {
+  [[nodiscard]] std::span<const Block> changed(std::span<const float> kPa,
+                                               std::chrono::nanoseconds time, std::uint64_t tick,
+                                               std::uint32_t probe) noexcept MERKEL_REALTIME {
     std::size_t count = 0;
     for (std::size_t first = 0; first < last_.size(); first += TaxelBlock::kTaxels) {
       const std::size_t size = std::min(TaxelBlock::kTaxels, last_.size() - first);
@@ -31,12 +31,12 @@ class TaxelBlocks {
       float* const before = last_.data() + first;
       if (std::equal(now.begin(), now.end(), before)) continue;
       std::copy(now.begin(), now.end(), before);
-      TaxelBlock& block = changed_[count++];
-      block = {.time = time,
-               .tick = tick,
-               .probe = probe,
-               .first = static_cast<std::uint16_t>(first),
-               .count = static_cast<std::uint16_t>(size)};
+      Block& block = changed_[count++];
+      block.time = time;
+      block.tick = tick;
+      block.probe = probe;
+      block.first = static_cast<std::uint16_t>(first);
+      block.count = static_cast<std::uint16_t>(size);
       std::copy(now.begin(), now.end(), block.pressure_kPa.begin());
     }
     return {changed_.data(), count};
@@ -44,7 +44,7 @@ class TaxelBlocks {
 
  private:
   std::vector<float> last_;
-  std::vector<TaxelBlock> changed_;
+  std::vector<Block> changed_;
 };
 
 }  // namespace merkel
