@@ -5,6 +5,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 import merkel
@@ -68,13 +69,21 @@ class Examples(unittest.TestCase):
                 return probe.getsockname()[1]
 
         endpoints = {rig: f"tcp://127.0.0.1:{free_port()}" for rig in ("left", "right", "foot")}
+        rigs = [subprocess.Popen([PROGRAM, "run", scene, "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
+                                  f"zmq:{endpoint}?topic={rig}&subscribers=1&wait_s=200"], stdout=subprocess.DEVNULL)
+                for (rig, endpoint), scene in zip(endpoints.items(), ("paper", "finger", "goodwin"))]
+        for endpoint in endpoints.values():  # the example ends 2 s after the last spike: all rigs are ready before it starts
+            host, port = endpoint.removeprefix("tcp://").split(":")
+            while True:
+                try:
+                    socket.create_connection((host, int(port))).close()
+                    break
+                except ConnectionRefusedError:
+                    time.sleep(0.05)
         subscriber = subprocess.Popen([sys.executable, str(EXAMPLES / "three_rigs.py"),
                                        *(f"{rig}={endpoint}" for rig, endpoint in endpoints.items())],
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(subscriber.kill)
-        rigs = [subprocess.Popen([PROGRAM, "run", scene, "--fast", "--probe", "replay:tests/traces/taps.csv", "--sink",
-                                  f"zmq:{endpoint}?topic={rig}&subscribers=1&wait_s=200"], stdout=subprocess.DEVNULL)
-                for (rig, endpoint), scene in zip(endpoints.items(), ("paper", "finger", "goodwin"))]
         self.assertEqual([rig.wait(240) for rig in rigs], [0, 0, 0])
         out, error = subscriber.communicate(timeout=60)
         if "No module named 'zmq'" in error:

@@ -131,8 +131,11 @@ class Merge(unittest.TestCase):
         self.assertIn("align the sessions by a mark", self.merkel("merge", self.path("left.xdf"), wrong, *sink, exit_code=2))
         error = self.merkel("merge", self.path("left.xdf"), wrong, *sink, "--by-mark", "sync", "--limit-ms", "1000")
         found = re.search(r"wrong.xdf: ([-+.\d]+) s by 2 marks \"sync\", residual ([\d.e-]+) ms", error)
-        first, second = ([own[0] - other[0] for own, other in
-                          zip(merkel.load(self.path("left.xdf")).marks, merkel.load(wrong).marks)])
+        def times(session):
+            loaded = merkel.load(session)
+            return [int(loaded.facts["start_device_ns"]) * 1e-9 + time_s for time_s, _ in loaded.marks]
+
+        first, second = (own - other for own, other in zip(times(self.path("left.xdf")), times(wrong)))
         # Both hosts have the same clock, so the marks differ by the time from one call to the next; the line through them
         # goes on to the beginning, which is about as far from the first as the second is.
         self.assertAlmostEqual(float(found[1]), first, delta=0.001 + 10 * abs(second - first))

@@ -126,6 +126,10 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
     return encoder ? "" : encoder.error().key + " " + encoder.error().reason;
   };
   EXPECT_EQ(fault_with_model([](auto&) {}), "");
+  EXPECT_EQ(
+      fault_with_model([](auto& p) { p.stimulation.watchdog = std::chrono::milliseconds{2}; }), "");
+  EXPECT_NE(
+      fault_with_model([](auto& p) { p.stimulation.watchdog = std::chrono::milliseconds{1}; }), "");
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
             }),
