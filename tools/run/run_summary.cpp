@@ -144,6 +144,86 @@ std::string decimation_text(const RunReport::ProbeReport& probe, const RunReport
       mean ? "their mean is used" : "the last is used ([probe] decimate = \"mean\" averages them)");
 }
 
+/// "thumb" if patches have names, else "probe 2"; empty if it is the only one.
+std::string name_of_probe(const TactileModel& model, std::size_t probe) {
+  const TactileModel::Parameters& scene = model.parameters();
+  if (scene.indenters.size() == 1) return {};
+  const std::string& patch = scene.patches[scene.indenters[probe].patch].name;
+  const auto on_patch = std::count_if(
+      scene.indenters.begin(), scene.indenters.end(),
+      [&](const Indenter& each) { return each.patch == scene.indenters[probe].patch; });
+  const std::string number = "probe " + std::to_string(probe + 1);
+  if (patch.empty()) return number + ": ";
+  return on_patch == 1 ? patch + ": " : patch + ", " + number + ": ";
+}
+
+/// The deepest press of a probe.
+std::string touch_text(const RunReport& report, const TactileModel& model, std::size_t probe) {
+  const Press& press = model.deepest()[probe];
+  const std::string name = name_of_probe(model, probe);
+  if (!press.touching()) return name + "never touched the skin\n";
+  const double force_N = units::N_from_mN(press.contact.force_mN);
+  const std::string law = "\n  contact law: " + contact_sentence(press, model, probe) + "\n";
+  if (model.parameters().indenters[probe].taxels() != nullptr) {
+    return name +
+           fmt::format(
+               "hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa",
+               force_N, area_mm2(press.contact), press.contact.peak_pressure_kPa) +
+           law;
+  }
+  std::string text =
+      name + fmt::format("deepest press {:.4g} mm at ({:.4g}, {:.4g}) mm: force {:.4g} N",
+                         press.contact.depth_mm, press.x_mm, press.y_mm, force_N);
+  if (press.contact.touching()) {
+    text += fmt::format(", contact radius {:.4g} mm, peak pressure {:.4g} kPa",
+                        press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
+  }
+  if (const auto both = force_and_depth(report.probes[probe], model, probe)) {
+    text += fmt::format(
+        "\n  measured there: {:.4g} N at {:.4g} mm, for which the model gives {:.4g} N: ratio {:.2f}",
+        both->force_N, both->depth_mm, both->model_force_N, both->ratio());
+  }
+  return text + law;
+}
+
+/// How the readings of a probe came.
+std::string readings_text(const RunReport& report, const RunReport::ProbeReport& probe) {
+  std::string text = "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
+  if (probe.timing && !probe.shares_device) {
+    text += fmt::format(
+        "  a sample every {:.4g} ms with {} ms of jitter: the loop delay is {:.4g} ms ({} to {}, "
+        "median {}), and the press is released after {:.4g} ms of silence\n",
+        units::ms_from(probe.timing->period), number_text(units::ms_from(probe.timing->jitter)),
+        units::ms_from(report.delay), number_text(units::ms_from(report.smallest_delay)),
+        number_text(units::ms_from(report.largest_delay)),
+        number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
+  }
+  text += decimation_text(probe, report);
+  if (probe.device && !probe.shares_device) text += device_text(*probe.device);
+  return text;
+}
+
+std::string sink_text(const RunReport::OfSink& sink) {
+  const Handover counts = sink.spikes_in == 0 && sink.commands_in > 0
+                              ? Handover{{"commands_in", sink.commands_in}}
+                              : counts_of(sink);
+  std::string text = "sink " + sink.uri + ":" + handover_text(counts) + "\n";
+  if (!sink.error_message.empty()) text += fmt::format("  failed: {}\n", sink.error_message);
+  return text;
+}
+
+std::string planned_text(const Plan& plan, const RunReport& report) {
+  return fmt::format(
+      "planned with {} at {:g} µs in {}: predicted {:.2f} µs per tick, measured {:.2f}; {}, limit "
+      "{:g} µs\n",
+      name_of(plan.chosen.method), units::us_from(plan.chosen.step), name_of(plan.chosen.precision),
+      plan.chosen.tick_us, measured_tick_us(report),
+      plan.chosen.measured()
+          ? fmt::format("spike times within {:.3g} µs in rehearsal", plan.chosen.error_us())
+          : "nothing fired in rehearsal, so the most accurate method was taken",
+      plan.budget_us.value_or(0.0));
+}
+
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
@@ -157,78 +237,23 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += fmt::format(" ({:.1f} × real time)", simulated_s / wall_s);
   }
   text += report.interrupted ? ", interrupted\n" : "\n";
-  text += fmt::format("counters (ticks of {:g} ms):\n", units::ms_from(model.parameters().tick));
-  text += counter_text(report);
-  text += loop_text(report);
-  if (plan != nullptr) {
-    text += fmt::format(
-        "planned with {} at {:g} µs in {}: predicted {:.2f} µs per tick, measured {:.2f}; {}, limit "
-        "{:g} µs\n",
-        name_of(plan->chosen.method), units::us_from(plan->chosen.step),
-        name_of(plan->chosen.precision), plan->chosen.tick_us, measured_tick_us(report),
-        plan->chosen.measured()
-            ? fmt::format("spike times within {:.3g} µs in rehearsal", plan->chosen.error_us())
-            : "nothing fired in rehearsal, so the most accurate method was taken",
-        plan->budget_us.value_or(0.0));
-  }
-  for (std::size_t i = 0; i < report.probes.size(); ++i) {
-    const RunReport::ProbeReport& probe = report.probes[i];
-    text += "probe " + probe.uri + ":" + handover_text(counts_of(probe)) + "\n";
-    if (probe.timing && !probe.shares_device) {
-      text += fmt::format(
-          "  a sample every {:.4g} ms with {} ms of jitter: the loop delay is {:.4g} ms ({} to {}, "
-          "median {}), and the press is released after {:.4g} ms of silence\n",
-          units::ms_from(probe.timing->period), number_text(units::ms_from(probe.timing->jitter)),
-          units::ms_from(report.delay), number_text(units::ms_from(report.smallest_delay)),
-          number_text(units::ms_from(report.largest_delay)),
-          number_text(units::ms_from(report.median_delay)), units::ms_from(probe.stale_after));
-    }
-    text += decimation_text(probe, report);
-    if (probe.device && !probe.shares_device) text += device_text(*probe.device);
-    const Press& press = model.deepest()[i];
-    if (!press.touching()) {
-      text += fmt::format("  never touched the skin\n");
-      continue;
-    }
-    if (model.parameters().indenters[i].taxels() != nullptr) {
-      text += fmt::format(
-          "  hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa\n"
-          "  contact law: {}\n",
-          units::N_from_mN(press.contact.force_mN), area_mm2(press.contact),
-          press.contact.peak_pressure_kPa, contact_sentence(press, model, i));
-      continue;
-    }
-    text += fmt::format("  deepest press {:.4g} mm at ({:.4g}, {:.4g}) mm: force {:.4g} N",
-                        press.contact.depth_mm, press.x_mm, press.y_mm,
-                        units::N_from_mN(press.contact.force_mN));
-    if (press.contact.touching()) {
-      text += fmt::format(", contact radius {:.4g} mm, peak pressure {:.4g} kPa",
-                          press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
-    }
-    if (const auto both = force_and_depth(probe, model, i)) {
-      text += fmt::format(
-          "\n  measured there: {:.4g} N at {:.4g} mm, for which the model gives {:.4g} N: ratio {:.2f}",
-          both->force_N, both->depth_mm, both->model_force_N, both->ratio());
-    }
-    text += fmt::format("\n  contact law: {}\n", contact_sentence(press, model, i));
-  }
+  for (std::size_t i = 0; i < report.probes.size(); ++i) text += touch_text(report, model, i);
   if (model.closest_rims() < 1.0) {
     text += fmt::format(
         "contacts came within {:.2f} radii of each other: each lies on skin that the other has "
         "deformed, so their sum is approximate\n",
         model.closest_rims());
   }
-  for (const RunReport::OfSink& sink : report.sinks) {
-    const Handover counts = sink.spikes_in == 0 && sink.commands_in > 0
-                                ? Handover{{"commands_in", sink.commands_in}}
-                                : counts_of(sink);
-    text += "sink " + sink.uri + ":" + handover_text(counts) + "\n";
-    if (!sink.error_message.empty()) text += fmt::format("  failed: {}\n", sink.error_message);
-  }
-  text += verdict_text(verdict_of(report, model), report);
   const std::string silence = silence_text(report, model);
   if (!silence.empty()) text += silence + "\n";
-  return text + afferent_text(afferent_rows(report, model), all_afferents);
+  text += afferent_text(afferent_rows(report, model), all_afferents);
+  text += verdict_text(verdict_of(report, model), report);
+  for (const RunReport::OfSink& sink : report.sinks) text += sink_text(sink);
+  for (const RunReport::ProbeReport& probe : report.probes) text += readings_text(report, probe);
+  if (plan != nullptr) text += planned_text(*plan, report);
+  text += loop_text(report);
+  text += fmt::format("counters (ticks of {:g} ms):\n", units::ms_from(model.parameters().tick));
+  return text + counter_text(report);
 }
 
 std::string summary_json(const RunReport& report, const TactileModel& model, const Plan* plan) {
