@@ -9,6 +9,7 @@ import merkel_program
 from merkel_program import free_port
 from view_page import PRESS, Page
 from web_socket import WebSocket, request
+from xdf_reader import Xdf
 
 
 class Protocol(Page):
@@ -53,6 +54,22 @@ class Protocol(Page):
             self.assertEqual(len(frame.taxels[0]), 256)
             self.assertAlmostEqual(sum(frame.taxels[0]), frame.probes[0][1], delta=20)
         self.assertGreater(max(max(frame.taxels[0]) for frame in frames), 20)
+
+    def test_each_pulse_of_a_sync_line_lights_the_page(self):
+        session = self.path("s.xdf")
+        program = self.serve("--duration-s", "3", "--sink", "xdf:" + session, probe=self.plug_in("--pulses", "1"))
+        with WebSocket(self.port) as client:
+            client.receive()
+            frames = list(client.frames())
+        self.summary(program)
+        edges = Xdf(session).streams["merkel.sync"]
+        pulses = [stamp for stamp, level in zip(edges.stamps, edges.column("level")) if level == 1]
+        shown = [news["t"] for frame in frames for news in frame.news if news["kind"] == "sync"]
+        self.assertGreater(len(shown), 2)  # those from the first tick on
+        if frames[-1].missed == 0:
+            pulses = pulses[-len(shown):]
+            for time_s, stamp in zip(shown, pulses):
+                self.assertAlmostEqual(time_s - shown[0], stamp - pulses[0], places=3)
 
     def test_spikes_that_arrive_before_the_first_tick_keep_their_times(self):
         program = self.serve("--duration-s", "2", probe="sim:ramp?wait_s=0&hold_s=600&live=1")

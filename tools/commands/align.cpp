@@ -138,13 +138,15 @@ int align_session(const AlignOptions& options) {
   if (!opened) return refuse(opened.error());
   const std::shared_ptr<RecordedSession> session = std::move(*opened);
   RunDescription run = session->run();
-  std::vector<std::string> sinks = options.sinks;
-  const auto copies = std::ranges::stable_partition(
-      sinks, [](const auto& uri) { return !uri.starts_with("xdf:"); });
+  std::vector<std::string> sinks;
+  std::vector<std::string> copies;
+  for (const std::string& uri : options.sinks) {
+    (uri.starts_with("xdf:") ? copies : sinks).push_back(uri);
+  }
   if (!copies.empty() && (options.to.empty() || !split_rig(options.session).second.empty())) {
     return refuse(
-        "xdf: copies a session and records its alignment: use it with --to PULSES, and "
-        "not for a rig in a recording of LabRecorder");
+        "xdf: copies a session and records its alignment: use it with --to PULSES, and not for a "
+        "rig in a recording of LabRecorder");
   }
   ClockMap clock;
   std::string to = options.to;
@@ -162,7 +164,6 @@ int align_session(const AlignOptions& options) {
     }
     print_alignment(options, *aligned, run);
   }
-  sinks.erase(copies.begin(), sinks.end());
   if (sinks.empty()) return kDone;
   session->set_clock(clock);
   std::uint64_t spikes = 0;

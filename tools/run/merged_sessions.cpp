@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <queue>
 #include <set>
 #include <tuple>
@@ -53,15 +54,14 @@ bool before(const Record& a, const Record& b) {
   return std::pair(time_of(a), place_of(a)) < std::pair(time_of(b), place_of(b));
 }
 
-/// Moves the records up to a time from one list to another, an empty one, in order.
+/// Moves the records up to a time from one list to the end of another.
 template <class Record>
 void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>& to) {
-  to.swap(from);
   const auto later = std::stable_partition(
-      to.begin(), to.end(), [time](const Record& each) { return time_of(each) <= time; });
-  from.assign(std::make_move_iterator(later), std::make_move_iterator(to.end()));
-  to.erase(later, to.end());
-  std::stable_sort(to.begin(), to.end(), before<Record>);
+      from.begin(), from.end(), [time](const Record& each) { return time_of(each) <= time; });
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(later));
+  from.erase(from.begin(), later);
+  if (from.empty()) from.shrink_to_fit();
 }
 
 }  // namespace
@@ -90,6 +90,7 @@ void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVect
     edge.probe += probes;
     to.edges.push_back(edge);
   }
+  to.samples.reserve(to.samples.size() + chunk.samples.size());
   for (DeliveredSample item : chunk.samples) {
     item.probe += probes;
     to.samples.push_back(std::move(item));
@@ -99,7 +100,8 @@ void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVect
 /// One reading of all sessions.
 class MergedSessions::Reading {
  public:
-  explicit Reading(MergedSessions& merged) : merged_(merged), open_(merged.sessions_.size()) {
+  explicit Reading(MergedSessions& merged)
+      : merged_(merged), open_(merged.sessions_.size()), waiting_(open_.size()) {
     for (std::size_t i = 0; i < open_.size(); ++i) {
       const Part& part = merged.sessions_[i];
       next_.push({.until = part.session->origin().start - kBeforeStart, .session = i});
@@ -124,7 +126,9 @@ class MergedSessions::Reading {
       progress(fmt::format("merging: {} of {} sessions read, {:.0f} s of their time", ended_,
                            open_.size(), units::s_from(handed - merged_.origin().start)));
     }
-    static_cast<void>(hand_on(nanoseconds::max(), take));
+    while (const auto first = earliest()) {
+      if (!hand_on(*first + kPortion, take)) break;
+    }
     return {};
   }
 
@@ -167,27 +171,40 @@ class MergedSessions::Reading {
         turn.until = std::max(turn.until, item.sample.time - kRecorderSlack);
       }
     }
-    part.add(chunk_, waiting_);
+    part.add(chunk_, waiting_[turn.session]);
     next_.push(turn);
     return {};
   }
 
+  /// The time of the earliest record that waits.
+  [[nodiscard]] std::optional<nanoseconds> earliest() const {
+    std::optional<nanoseconds> first;
+    for (const RecordLists<RecordVector>& waiting : waiting_) {
+      for_each_kind(waiting, [&]<class Record>(const std::vector<Record>& list) {
+        if constexpr (!std::is_same_v<Record, RunStatus>) {
+          for (const Record& each : list)
+            first = std::min(first.value_or(time_of(each)), time_of(each));
+        }
+      });
+    }
+    return first;
+  }
+
   bool hand_on(nanoseconds until, const Take& take) {
     RecordLists<RecordVector> due;
-    move_until(until, waiting_.samples, due.samples);
-    move_until(until, waiting_.edges, due.edges);
-    move_until(until, waiting_.spikes, due.spikes);
-    move_until(until, waiting_.commands, due.commands);
-    move_until(until, waiting_.sent, due.sent);
-    move_until(until, waiting_.events, due.events);
-    move_until(until, waiting_.marks, due.marks);
+    for_each_kind(due, [&]<class Record>(std::vector<Record>& list) {
+      if constexpr (!std::is_same_v<Record, RunStatus>) {
+        for (auto& waiting : waiting_) move_until(until, waiting.template of<Record>(), list);
+        std::stable_sort(list.begin(), list.end(), before<Record>);
+      }
+    });
     return count_of(due) == 0 || take(batch_of(due));
   }
 
   MergedSessions& merged_;
   std::vector<std::unique_ptr<Open>> open_;  ///< null before and after its turns
   std::priority_queue<Turn> next_;
-  RecordLists<RecordVector> waiting_;  ///< read, on the merged clock
+  std::vector<RecordLists<RecordVector>> waiting_;  ///< of each session: read, on the merged clock
   SessionChunk chunk_;
   std::size_t ended_ = 0;
 };
