@@ -36,7 +36,9 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
-  settings.live = options.whole("live", 1, 0, 1) == 1;
+  // Only these wait until they are read.
+  const bool waits = uri.scheme == "tcp" || uri.scheme == "serial";
+  settings.live = !waits || options.whole("live", 1, 0, 1) == 1;
   if (!settings.live) settings.times = ReadingTimes::Rule::kUnmapped;
   settings.calibration = options.text("calibration", "");
   settings.sync = options.text("sync", "");
