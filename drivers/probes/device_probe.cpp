@@ -11,6 +11,7 @@
 #include "drivers/printable_text.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/device_opening.hpp"
+#include "drivers/probes/sample_meter.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 
 namespace merkel {
@@ -22,6 +23,7 @@ using std::chrono::nanoseconds;
 constexpr milliseconds kBoot{3000};
 constexpr milliseconds kFirstBackoff{50};
 constexpr milliseconds kMaxBackoff{400};
+constexpr milliseconds kUnknownPeriod{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
 
@@ -36,7 +38,9 @@ DeviceProbe::Settings DeviceProbe::settings_from(UriOptions& options, const Uri&
   settings.times = times == "mapped"   ? ReadingTimes::Rule::kMapped
                    : times == "device" ? ReadingTimes::Rule::kDevice
                                        : ReadingTimes::Rule::kArrival;
-  settings.live = options.whole("live", 1, 0, 1) == 1;
+  // Only these wait until they are read.
+  const bool waits = uri.scheme == "tcp" || uri.scheme == "serial";
+  settings.live = !waits || options.whole("live", 1, 0, 1) == 1;
   if (!settings.live) settings.times = ReadingTimes::Rule::kUnmapped;
   settings.calibration = options.text("calibration", "");
   settings.sync = options.text("sync", "");
@@ -499,8 +503,14 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   bool measured = false;
   bool saturated = false;
   bool outside = false;
+  // Of a live device, it follows from the measured timing.
+  const Time step =
+      last_time_.count() != 0 ? time - last_time_ : protocol_->period().value_or(kUnknownPeriod);
   const std::span<double> row =
-      ready_->add({.time = time, .arrival = reading.arrival, .sequence = sequence});
+      ready_->add({.time = time,
+                   .arrival = reading.arrival,
+                   .valid_for = settings_.live ? Time{0} : SampleMeter::stale_after(step),
+                   .sequence = sequence});
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     const ProbeColumns& columns = ready_->columns().of(i);
     const DeviceOutput::Result result = outputs_[i].take(reading, columns, row);

@@ -45,8 +45,8 @@ class DeviceProbe final : public Probe {
     std::string hint;  ///< what to check if no valid data arrives ("the baud rate, …")
     HostClock* clock = &HostClock::real();
   };
-  /// Reads the options common to all devices: clock, live, calibration, timeout_ms, bad_share,
-  /// bad_window_ms.
+  /// Reads the options common to all devices: clock, calibration, timeout_ms, bad_share,
+  /// bad_window_ms; live of those that wait until they are read.
   [[nodiscard]] static Settings settings_from(UriOptions& options, const Uri& uri,
                                               const DeviceUri& device);
 

@@ -39,6 +39,13 @@ void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
 bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
   consume_until(time);
   if (channel_.front() != nullptr) return true;
+  // Readings in which this probe has no value go on for longer than its last sample holds: the next
+  // one cannot change the contact. The other probes of the device would wait without end.
+  const auto passed = channel_.ring->passed(channel_.place);
+  if (last_ && valid_for_last().count() != 0 && passed >= time &&
+      passed - last_->time > valid_for_last()) {
+    return true;
+  }
   // The flag is set after the last sample, so check the queue again after reading the flag.
   if (!channel_.ended.load(std::memory_order_acquire)) return false;
   consume_until(time);

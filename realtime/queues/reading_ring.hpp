@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -25,7 +26,8 @@ class ReadingRing {
       : columns_(std::move(columns)),
         heads_(std::bit_ceil(std::max<std::size_t>(capacity, 1))),
         values_(heads_.size() * columns_.width()),
-        next_(columns_.probes()) {}
+        next_(columns_.probes()),
+        passed_(columns_.probes()) {}
 
   [[nodiscard]] const ReadingColumns& columns() const noexcept { return columns_; }
 
@@ -57,9 +59,15 @@ class ReadingRing {
     const std::uint64_t written = written_.load(std::memory_order_acquire);
     const std::uint64_t before = next_[probe];
     std::uint64_t next = before;
-    while (next != written && !columns_.of(probe).measured_in(row(next))) ++next;
+    for (; next != written && !columns_.of(probe).measured_in(row(next)); ++next) {
+      passed_[probe] = heads_[place(next)].time;
+    }
     if (next != before) advance(probe, next);
     return next == written ? nullptr : &heads_[place(next)];
+  }
+  /// The time of the last reading without a value of a probe that front() has passed over.
+  [[nodiscard]] std::chrono::nanoseconds passed(std::size_t probe) const noexcept MERKEL_REALTIME {
+    return passed_[probe];
   }
   /// The row of front().
   [[nodiscard]] std::span<const double> front_row(std::size_t probe) noexcept MERKEL_REALTIME {
@@ -91,7 +99,8 @@ class ReadingRing {
   ReadingColumns columns_;
   std::vector<ReadingHead> heads_;
   std::vector<double> values_;
-  std::vector<std::uint64_t> next_;  ///< of each probe; of the reader
+  std::vector<std::uint64_t> next_;               ///< of each probe; of the reader
+  std::vector<std::chrono::nanoseconds> passed_;  ///< the same
   std::atomic<std::uint64_t> written_{0};
   alignas(64) std::atomic<std::uint64_t> taken_{0};
 };

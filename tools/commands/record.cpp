@@ -120,10 +120,7 @@ class Recording {
   /// Writes the waiting frames of the ports with these readings.
   void write_all(const Readings* readings, std::span<const RunStatus> status) {
     clear_all(records_);
-    if (readings != nullptr) {
-      records_.edges = readings->edges();
-      records_.zeros = readings->zeros();
-    }
+    if (readings != nullptr) records_.edges = readings->edges();
     for (const auto& feed : feeds_) feed->take(records_.frames);
     for (std::size_t i = 0; readings != nullptr && i < readings->size(); ++i) {
       const auto sample = readings->sample(i);

@@ -248,10 +248,11 @@ class RunChecks {
     const double lost_s = released_s - outage_s;
     if (lost_s <= kShortRelease_s) return;
     const double weight = run_s > 0.0 ? lost_s / run_s : 0.0;
+    const double rate_Hz = probe.timing   ? 1.0 / units::s_from(probe.timing->period)
+                           : probe.device ? probe.device->rate_Hz
+                                          : 0.0;
     const double refused_s =
-        probe.device && probe.timing
-            ? static_cast<double>(probe.device->refused) * units::s_from(probe.timing->period)
-            : 0.0;
+        probe.device && rate_Hz > 0.0 ? static_cast<double>(probe.device->refused) / rate_Hz : 0.0;
     const bool refused = refused_s > 0.5 * lost_s;
     if (refused && !probe.lack.empty()) {
       add(severity_of(lost_s), weight,
