@@ -166,13 +166,6 @@ Position half_extent(const Indenter& indenter) noexcept {
   return {c * x + s * y, s * x + c * y};
 }
 
-double across_mm(const Indenter& indenter) noexcept {
-  const auto [half_x, half_y] = half_size(indenter.tip);
-  const bool round =
-      std::holds_alternative<PinTip>(indenter.tip) || std::holds_alternative<ConeTip>(indenter.tip);
-  return 2.0 * (round ? half_x : std::hypot(half_x, half_y));
-}
-
 bool fits(const PressedTip& tip, double receptor_depth_mm) {
   const double pixel_mm = contact_pixels(tip, tip.deepest_mm, receptor_depth_mm).grid.pixel_mm;
   return kMinPixels * pixel_mm <= tip.feature_mm && pixel_mm <= kCoarsestPixel * receptor_depth_mm;

@@ -29,9 +29,6 @@ struct HeightRange {
 /// Half of the size of a turned tip along x and y; infinite for a plate.
 [[nodiscard]] Position half_extent(const Indenter& indenter) noexcept;
 
-/// Diameter of the circle around a tip, mm; infinite for a plate.
-[[nodiscard]] double across_mm(const Indenter& indenter) noexcept;
-
 /// Whether the pixels of a tip resolve its smallest part.
 [[nodiscard]] bool fits(const PressedTip& tip, double receptor_depth_mm);
 

@@ -55,11 +55,10 @@ class Wheels(unittest.TestCase):
 class BillOfMaterials(unittest.TestCase):
     def test_it_names_packages_with_version_and_licence_and_what_is_compiled_in(self):
         package = bill_of_materials.packages_of([pathlib.Path("/usr/bin/dpkg")])
-        bill = json.loads(bill_of_materials.document("x", "1", package, bill_of_materials.compiled_in(ROOT)))
+        bill = json.loads(bill_of_materials.document("x", "1", package, bill_of_materials.compiled_in()))
         entries = {entry["name"]: entry for entry in bill["components"]}
         self.assertTrue(entries["dpkg"]["version"])
         self.assertIn({"license": {"name": "GPL-2+"}}, entries["dpkg"]["licenses"])
-        self.assertRegex(entries["uPlot"]["version"], r"^\d+\.\d+")
         self.assertIn("libeigen3-dev", entries)
 
     def test_a_package_without_short_names_has_the_text_of_its_copyright(self):

@@ -8,7 +8,7 @@ import time
 import unittest
 
 PROGRAM = os.environ["MERKEL_PROGRAM"]
-SOAK = os.environ["MERKEL_SOAK"]
+SOAK = os.environ.get("MERKEL_SOAK")
 # Simulated seconds of a soak test.
 SOAK_S = float(os.environ.get("MERKEL_SOAK_S", "3600"))
 

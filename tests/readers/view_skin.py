@@ -118,6 +118,31 @@ class Skin(BrowserPage):
         program.terminate()
         self.assert_no_errors()
 
+    def test_a_shape_and_a_surface_are_drawn_as_what_they_are(self):
+        with open("tools/examples/letter_a.csv", encoding="ascii") as file:
+            heights = [float(height) for line in file for height in line.split(",")]
+        share = sum(height < 0.25 for height in heights) / len(heights)
+        drawn = ("(() => { const pictures = [], of = CanvasRenderingContext2D.prototype, drawImage = of.drawImage; "
+                 "of.drawImage = function (...a) { pictures.push(a); return drawImage.apply(this, a); }; merkel.dirty = true; merkel.draw(); "
+                 "of.drawImage = drawImage; return pictures.filter(([p]) => p === merkel.scene.probes[0].picture)"
+                 ".map(([, ...place]) => place); })()")
+        program = self.open("tools/examples/letter.toml", probe="sim:ramp?force_N=0.6&hold_s=600")
+        self.wait("merkel.frame.probes[0].force > 0.5")
+        [[left, top, width, length]] = self.page.ask(drawn)
+        self.assertAlmostEqual(left + width / 2, 15, places=3)
+        self.assertAlmostEqual(top + length / 2, 10, places=3)
+        raised = "(({heights}) => heights.filter((h) => h >= 0 && h < 25).length / heights.length)(merkel.scene.probes[0].shape)"
+        self.assertAlmostEqual(self.page.ask(raised), share, delta=0.02)
+        program.terminate()
+        # A surface that repeats covers the patch, and moves under the finger.
+        program = self.open("tools/examples/dots_scanned.toml", probe="sim:scan?force_N=0.3&length_mm=24&passes=600")
+        self.wait("merkel.frame.probes[0].force > 0.2")
+        self.assertGreater(len(self.page.ask(drawn)), 40)
+        before = self.page.ask("merkel.frame.probes[0].tip.x")
+        self.wait(f"Math.abs(merkel.frame.probes[0].tip.x - {before}) > 1 && merkel.frame.probes[0].x === 15")
+        program.terminate()
+        self.assert_no_errors()
+
     def test_afferents_are_chosen_by_click_and_by_key_and_pinned(self):
         program = self.open(probe="sim:ramp?depth_mm=1.8&hold_s=30")
         self.wait("merkel.history.spikes.length > 20")

@@ -94,10 +94,10 @@ class Frame:
         self.probes, self.taxels = [], []
         place += 4
         for _ in range(probes):
-            self.probes.append(struct.unpack_from("<6fI", payload, place))
-            (taxels,) = struct.unpack_from("<I", payload, place + 28)
-            self.taxels.append(struct.unpack_from(f"<{taxels}f", payload, place + 32))
-            place += 32 + 4 * taxels
+            self.probes.append(struct.unpack_from("<8fI", payload, place))
+            (taxels,) = struct.unpack_from("<I", payload, place + 36)
+            self.taxels.append(struct.unpack_from(f"<{taxels}f", payload, place + 40))
+            place += 40 + 4 * taxels
         (points,) = struct.unpack_from("<I", payload, place)
         self.points = points
         place += 4 + points * 4 * (2 + 2 * probes)

@@ -29,9 +29,7 @@ function(merkel_package component)
   string(TOUPPER ${component} COMPONENT)
   set(folder ${PROJECT_BINARY_DIR}/packaging/${arg_NAME})
   file(READ ${PROJECT_SOURCE_DIR}/LICENSE licence)
-  file(READ ${PROJECT_SOURCE_DIR}/drivers/sinks/view/vendor/uPlot.LICENSE page_licence)
-  file(CONFIGURE OUTPUT ${folder}/copyright @ONLY CONTENT
-    "@licence@\nThe live page contains uPlot:\n\n@page_licence@")
+  file(CONFIGURE OUTPUT ${folder}/copyright @ONLY CONTENT "@licence@")
   file(CONFIGURE OUTPUT ${folder}/changelog @ONLY CONTENT
 "merkel (@build_version@) unstable; urgency=medium
 

@@ -54,7 +54,7 @@ def component(package, version, root=pathlib.Path("/")):
     return entry | ({"licenses": licences} if licences else {})
 
 
-def compiled_in(source):
+def compiled_in():
     """The components of merkel's own files. Packages that are not installed were not used."""
     found = []
     for package in BUILT_FROM:
@@ -62,9 +62,6 @@ def compiled_in(source):
                               capture_output=True, text=True)
         if done.stdout.startswith("installed "):
             found.append(component(package, done.stdout.split()[1]))
-    version = re.search(r"uPlot \(v([0-9.]+)\)", (source / "drivers/sinks/view/vendor/uPlot.js").read_text())[1]
-    found.append({"type": "library", "name": "uPlot", "version": version, "purl": f"pkg:npm/uplot@{version}",
-                  "licenses": [{"license": {"id": "MIT"}}]})
     return found
 
 
@@ -85,9 +82,8 @@ def installed_in(root):
 
 def main():
     name, version, *root = sys.argv[1:]
-    source = pathlib.Path(__file__).resolve().parent.parent.parent
     packages = installed_in(root[0]) if root else {}
-    sys.stdout.write(document(name, version, packages, compiled_in(source), pathlib.Path(root[0] if root else "/")))
+    sys.stdout.write(document(name, version, packages, compiled_in(), pathlib.Path(root[0] if root else "/")))
 
 
 if __name__ == "__main__":

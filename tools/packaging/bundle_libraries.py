@@ -101,7 +101,7 @@ def main():
             (tree / info / place).write_bytes(text)
         (tree / info / "sboms").mkdir()
         (tree / info / "sboms" / f"{name}.cdx.json").write_text(
-            bill_of_materials.document(name, version, packages, bill_of_materials.compiled_in(HERE.parent.parent)))
+            bill_of_materials.document(name, version, packages, bill_of_materials.compiled_in()))
         about = tree / info / "WHEEL"
         about.write_text(re.sub(r"^Tag: .*$", f"Tag: {tag}", about.read_text(), flags=re.M))
         (tree / info / "RECORD").unlink()

@@ -58,6 +58,7 @@ class Column:
                  if int(neuron) in row_of]
         axes.plot([time for time, _ in shown], [row for _, row in shown], "|", color="black", markersize=3)
         axes.set_ylim(0.3, len(busiest) + 0.7)
+        axes.yaxis.get_major_locator().set_params(integer=True)
         most = max(self.counts.values()) / max(self.span_s[1] - self.span_s[0], 1e-9)
         axes.set_title(f"{len(self.spikes['time_s'])} spikes; {len(self.counts)} afferents fired, at most {most:.0f} Hz on average",
                        fontsize=10)

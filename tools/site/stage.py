@@ -56,9 +56,9 @@ def stage_repository(folder):
         else:
             shutil.copyfile(ROOT / name, target)
     shutil.copyfile(SITE / "conf.py", folder / "conf.py")
-    contents = (SITE / "contents.txt").read_text()
-    with (folder / "index.md").open("a") as index:
-        index.write("\n" + contents)
+    home, install, rest = (folder / "index.md").read_text().partition("## Install\n")
+    recording = (SITE / "recording.txt").read_text()
+    (folder / "index.md").write_text(f"{home}{recording}\n{install}{rest}\n{(SITE / 'contents.txt').read_text()}")
 
 
 def wrapped(line, width=88):

@@ -93,7 +93,7 @@ void ViewFrames::add(const TickRecord& tick) {
     probe.surface->work();
     probe.press = probe.surface->press();
   }
-  probe.gauge_depth_mm = tick.contact.depth_mm;
+  probe.input = tick.contact;
   probe.state = tick.state;
   probe.touches = touches(tick);
   probe.zero_uncertain = (tick.doubts & ProbeSample::kZeroUncertain) != 0U;
@@ -123,7 +123,10 @@ void ViewFrames::add_point(nanoseconds time) {
     Probe& probe = probes_[i];
     if (i < kMaxStates) point.states |= static_cast<std::uint32_t>(probe.worst) << (2 * i);
     probe.worst = probe.state;
-    point_values_.push_back(static_cast<float>(probe.press.contact.depth_mm));
+    const auto highest = std::max_element(probe.taxels.begin(), probe.taxels.end());
+    point_values_.push_back(highest != probe.taxels.end()
+                                ? *highest
+                                : static_cast<float>(probe.press.contact.depth_mm));
     point_values_.push_back(static_cast<float>(probe.press.contact.force_mN));
   }
   points_.push_back(point);
@@ -245,7 +248,9 @@ void ViewFrames::append_probes(std::string& bytes) const {
     append_float(bytes, probe.press.x_mm);
     append_float(bytes, probe.press.y_mm);
     append_float(bytes, probe.press.contact.contact_radius_mm);
-    append_float(bytes, probe.gauge_depth_mm);
+    append_float(bytes, probe.input.depth_mm);
+    append_float(bytes, probe.input.x_mm);
+    append_float(bytes, probe.input.y_mm);
     append_raw(bytes, static_cast<std::uint32_t>(probe.state) | (probe.zero_uncertain ? 64U : 0U) |
                           (probe.touches ? 128U : 0U) |
                           static_cast<std::uint32_t>(probe.link) << 8U);

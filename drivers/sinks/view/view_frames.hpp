@@ -27,11 +27,12 @@ namespace merkel {
 ///   f64 from_s, to_s: the time span of the frame, from the start ·
 ///   u32 n · f64×n counters (kRunCounterFields, page_lost) ·
 ///   u32 probes · per probe f32 depth_mm, force_mN, x_mm, y_mm, contact_radius_mm, gauge_depth_mm
-///     (as the probe measured it; 0: it does not), u32 state (bits 0 and 1: TickRecord::State, 6:
-///     zero uncertain, 7: touches; RunControl::Link above the low byte), u32 taxels · f32×taxels
-///     kPa ·
+///     (as the probe measured it; 0: it does not), tip_x_mm, tip_y_mm, u32 state (bits 0 and 1:
+///     TickRecord::State, 6: zero uncertain, 7: touches; RunControl::Link above the low byte), u32
+///     taxels · f32×taxels kPa ·
 ///   u32 points · per point f32 seconds before to_s, u32 states (two bits a probe: the worst
-///     TickRecord::State since the last point), per probe f32 depth_mm, force_mN ·
+///     TickRecord::State since the last point), per probe f32 depth_mm (of a tactile
+///     array, its highest pressure, kPa), force_mN ·
 ///   u32 spikes · per spike f32 seconds before to_s, u32 neuron ·
 ///   u32 n · u32×n ticks by time from the touch to its spikes, from 1 µs up,
 ///     8 bins per decade ·
@@ -72,7 +73,7 @@ class ViewFrames {
     std::unique_ptr<SlidingContact> surface;
     Press press;
     std::vector<float> taxels;  ///< pressures of a tactile array, kPa
-    double gauge_depth_mm = 0.0;
+    ContactInput input;         ///< as the probe measured it
     TickRecord::State state = TickRecord::State::kFollowing;
     TickRecord::State worst = TickRecord::State::kFollowing;  ///< since the last point
     bool touches = false;
@@ -125,7 +126,7 @@ class ViewFrames {
   std::chrono::nanoseconds sent_{0};  ///< end of the last frame
   std::chrono::nanoseconds next_point_{0};
   std::vector<Point> points_;
-  std::vector<float> point_values_;  ///< per point and probe: depth, force
+  std::vector<float> point_values_;  ///< per point and probe: depth or pressure, force
   std::vector<Spike> spikes_;
   std::vector<NeuronSample> watched_;
   std::vector<Stimulation> electrodes_;

@@ -1,5 +1,6 @@
 #include "drivers/sinks/view/view_scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxDrawnReceptors = 15'000;  ///< most receptors sent per patch
+constexpr double kFinestTipPixel_mm = 0.1;          ///< of a tip's picture
+constexpr double kMaxTipPixels = 160.0;             ///< along its longer side
 
 /// Rounded to 0.01 mm, finer than a screen pixel.
 double place(double mm) { return std::round(mm * 100.0) / 100.0; }
@@ -64,20 +67,48 @@ Json json_of(const TaxelArray& array, double orientation_deg) {
       {"orientation_deg", orientation_deg}};
 }
 
-Json json_of(const Indenter& indenter) {
+/// The heights of a tip, turned as it presses, in hundredths of a millimetre; -1: beyond its end.
+/// Of a surface that repeats, one period.
+Json json_of_heights(const Indenter& indenter, const SkinParameters& skin) {
+  const SlidingSurface& surface = indenter.surface;
+  auto [half_x, half_y] = half_extent(indenter);
+  if (surface.period_x_mm > 0.0) half_x = 0.5 * surface.period_x_mm;
+  if (surface.period_y_mm > 0.0) half_y = 0.5 * surface.period_y_mm;
+  const double pixel_mm =
+      std::max(kFinestTipPixel_mm, 2.0 * std::max(half_x, half_y) / kMaxTipPixels);
+  const auto pixels = [&](double half) {
+    return static_cast<std::size_t>(std::max(1.0, std::round(2.0 * half / pixel_mm)));
+  };
+  const std::size_t columns = pixels(half_x);
+  const std::size_t rows = pixels(half_y);
+  const auto middle = [](std::size_t at, std::size_t count, double half) {
+    return half * (static_cast<double>(2 * at + 1) / static_cast<double>(count) - 1.0);
+  };
+  const TipHeight height = height_of(indenter, skin);
+  Json heights = Json::array();
+  for (std::size_t at = 0; at < columns * rows; ++at) {
+    const double mm = std::min(height(middle(at % columns, columns, half_x),  //
+                                      middle(at / columns, rows, half_y)),
+                               surface.relief_mm);
+    heights.push_back(std::isfinite(mm) ? std::lround(100.0 * mm) : -1);
+  }
+  return {{"columns", columns},
+          {"width_mm", 2.0 * half_x},
+          {"length_mm", 2.0 * half_y},
+          {"repeats_x", surface.period_x_mm > 0.0},
+          {"repeats_y", surface.period_y_mm > 0.0},
+          {"heights", std::move(heights)}};
+}
+
+Json json_of(const Indenter& indenter, const SkinParameters& skin) {
   const bool force = indenter.control == Indenter::Control::kForce;
   Json json = {{"patch", indenter.patch}, {"control", force ? "force" : "depth"}};
-  json["tip"] = indenter.tip_name();
   if (const SphereTip* const sphere = indenter.sphere()) {
     json["radius_mm"] = sphere->radius_mm;
-  } else if (const auto* const bars = std::get_if<BarTip>(&indenter.tip)) {
-    json.update({{"bar_length_mm", bars->length_mm},
-                 {"bar_widths_mm", bars->widths_mm},
-                 {"bar_gaps_mm", bars->gaps_mm}});
   } else if (indenter.taxels() != nullptr) {
     json["taxels"] = json_of(*indenter.taxels(), indenter.orientation_deg);
   } else {
-    json["diameter_mm"] = across_mm(indenter);
+    json["shape"] = json_of_heights(indenter, skin);
   }
   return json;
 }
@@ -109,7 +140,7 @@ Json json_of(const RunDescription& run) {
   }
   for (const PatchParameters& patch : run.model.patches) json["patches"].push_back(json_of(patch));
   for (const Indenter& indenter : run.model.indenters) {
-    json["probes"].push_back(json_of(indenter));
+    json["probes"].push_back(json_of(indenter, run.model.skin));
   }
   for (const Electrode& electrode : run.encoding.electrodes) {
     json["electrodes"].push_back({{"name", electrode.name},

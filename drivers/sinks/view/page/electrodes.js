@@ -59,7 +59,7 @@ export class Electrodes {
       row.classList.toggle('on', on);
       row.classList.toggle('stopped', stop !== 0);
       const rate = counted ? `${(counted / kPulses_s).toFixed(0)} pulses/s` : `${frequency.toFixed(0)} Hz`;
-      setText(value, stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${shown.toFixed(1)} µA, ${rate}` : 'off');
+      setText(value, stop ? `off: ${this.scene.stops[stop].replaceAll('_', ' ')}` : on ? `${shown.toFixed(shown < 10 ? 1 : 0)} µA, ${rate}` : 'off');
     });
   }
 

@@ -6,7 +6,23 @@ import { afferentAt, layOut, placeOf } from './skin_layout.js';
 
 const kReceptorsFrom = 14;   // pixels per mm
 const kMaxZoom = 40;
+const kLegend_px = 120;      // width of the legend, beside a hand
 const kFound_px = 14;        // radius of the ring that marks a contact too small to see
+
+/// The heights of a tip as a picture, a pixel each: the lower, the more opaque, with lines in two colours at half of its height.
+function pictureOf({ columns, heights }) {
+  const rows = heights.length / columns, highest = Math.max(...heights), ends = (h) => (h < 0 ? Infinity : h);
+  const canvas = new OffscreenCanvas(columns, rows), c = canvas.getContext('2d');
+  const raised = (i, j) => i >= 0 && j >= 0 && i < columns && j < rows && ends(heights[j * columns + i]) <= highest / 2;
+  heights.forEach((height, at) => {
+    const i = at % columns, j = Math.floor(at / columns), here = raised(i, j);
+    const rim = [[i - 1, j], [i + 1, j], [i, j - 1], [i, j + 1]].some(([x, y]) => raised(x, y) !== here);
+    c.fillStyle = css(rim && !here ? '--card' : '--press');
+    c.globalAlpha = rim ? 1 : height < 0 ? 0 : 0.08 + 0.3 * (1 - height / Math.max(1, highest));
+    c.fillRect(i, j, 1, 1);
+  });
+  return canvas;
+}
 
 export class Finger {
   constructor(canvas) {
@@ -37,6 +53,7 @@ export class Finger {
     this.layout = layOut(scene.patches);
     this.active = new ActiveFields(scene.neurons);
     this.skin.key = this.names.key = null;
+    this.canvas.parentElement.dataset.kind = this.layout.kind;    // the legend of a hand is at the left
     this.resetZoom();
   }
 
@@ -58,7 +75,9 @@ export class Finger {
     const { u0, u1, v0, v1 } = this.layout.bounds;
     this.fit = Math.min(width / (u1 - u0), height / (v1 - v0));
     this.scale = this.fit * this.view.zoom;
-    this.left = width / 2 - ((u0 + u1) / 2 + this.view.u) * this.scale;
+    const half = (u1 - u0) * this.fit / 2;
+    const middle = this.layout.kind === 'hand' ? Math.min(width - half, Math.max(width / 2, kLegend_px + half)) : width / 2;
+    this.left = middle - ((u0 + u1) / 2 + this.view.u) * this.scale;
     this.top = height / 2 + ((v0 + v1) / 2 + this.view.v) * this.scale;
   }
 
@@ -92,7 +111,7 @@ export class Finger {
         this.#inSkin(own, () => this.#inPatches(own, (placed) => this.#drawReceptors(own, placed, () => true, css('--soft'), 1.2)));
       }
       this.#drawNames(own);
-      this.#scaleBar(own, height);
+      this.#scaleBar(own, width, height);
     });
     this.#inSkin(c, () => {
       pins.forEach((afferent, i) => this.#drawPin(c, afferent, kPins[i % kPins.length]));
@@ -151,34 +170,43 @@ export class Finger {
     c.restore();
   }
 
-  #tip(c, tip, x, y) {
-    c.beginPath();
-    if (tip.tip === 'bars') {
-      let left = x - (tip.bar_widths_mm.reduce((a, b) => a + b, 0) + tip.bar_gaps_mm.reduce((a, b) => a + b, 0)) / 2;
-      tip.bar_widths_mm.forEach((w, i) => { c.rect(left, y - tip.bar_length_mm / 2, w, tip.bar_length_mm); left += w + (tip.bar_gaps_mm[i] ?? 0); });
-    } else {
-      const radius = tip.tip === 'sphere' ? tip.radius_mm : tip.diameter_mm / 2;
-      if (radius) c.arc(x, y, radius, 0, 7);
-    }
-  }
-
   #drawContact(c, probe, tip) {
-    const placed = this.layout.placed[tip.patch];
+    const placed = this.layout.placed[tip.patch], colour = css('--press');
     c.save();
     c.transform(placed.cos, placed.sin, -placed.sin, placed.cos, placed.u0, placed.v0);
-    c.strokeStyle = c.fillStyle = css('--press');
-    if (tip.tip === 'sphere') {
+    c.strokeStyle = c.fillStyle = colour;
+    let reach = probe.radius;
+    if (tip.shape) reach = this.#drawShape(c, placed, tip, probe.tip);
+    else {
       c.lineWidth = 1.5 / this.scale; c.setLineDash([4 / this.scale, 4 / this.scale]);
-      this.#tip(c, tip, probe.x, probe.y); c.stroke(); c.setLineDash([]);
+      c.beginPath(); c.arc(probe.x, probe.y, reach = tip.radius_mm ?? reach, 0, 7); c.stroke(); c.setLineDash([]);
       c.beginPath(); c.arc(probe.x, probe.y, Math.max(2 / this.scale, probe.radius), 0, 7);
-    } else this.#tip(c, tip, probe.x, probe.y);
-    c.globalAlpha = 0.15; c.fill(); c.globalAlpha = 1;
-    c.lineWidth = 5 / this.scale; c.strokeStyle = css('--card'); c.stroke();
-    c.lineWidth = 3 / this.scale; c.strokeStyle = css('--press'); c.stroke();
-    if ((tip.radius_mm ?? probe.radius) * this.scale < kFound_px - 4) {
+      c.globalAlpha = 0.15; c.fill(); c.globalAlpha = 1;
+      c.lineWidth = 5 / this.scale; c.strokeStyle = css('--card'); c.stroke();
+      c.lineWidth = 3 / this.scale; c.strokeStyle = colour; c.stroke();
+    }
+    if (reach * this.scale < kFound_px - 4) {
+      c.lineWidth = 3 / this.scale;
       c.beginPath(); c.arc(probe.x, probe.y, kFound_px / this.scale, 0, 7); c.stroke();
     }
     c.restore();
+  }
+
+  /// A tip as it lies on the skin; a surface that repeats, over the whole patch. \return half of its size, mm
+  #drawShape(c, { patch }, tip, { x, y }) {
+    const { shape } = tip, { width_mm, length_mm, repeats_x, repeats_y } = shape;
+    if (tip.theme !== theme()) { tip.theme = theme(); tip.picture = pictureOf(shape); }
+    const starts = (at, size, repeats, whole) => {
+      const first = at - size / 2 - (repeats ? Math.ceil((at - size / 2) / size) * size : 0);
+      return repeats ? Array.from({ length: Math.ceil((whole - first) / size) }, (unused, i) => first + i * size) : [first];
+    };
+    c.save();
+    if (repeats_x || repeats_y) { c.beginPath(); c.rect(0, 0, patch.length_mm, patch.width_mm); c.clip(); }
+    for (const left of starts(x, width_mm, repeats_x, patch.length_mm)) {
+      for (const top of starts(y, length_mm, repeats_y, patch.width_mm)) c.drawImage(tip.picture, left, top, width_mm, length_mm);
+    }
+    c.restore();
+    return Math.max(width_mm, length_mm) / 2;
   }
 
   /// The pressures of a tactile array: its outline, and each taxel more opaque the higher its pressure.
@@ -203,16 +231,19 @@ export class Finger {
     c.restore();
   }
 
+  /// The name of each patch: of a finger beside its tip, of a palm in it. Kept with their boxes in `labels`.
   #drawNames(c) {
+    this.labels = [];
     if (this.layout.placed.length < 2) return;
-    c.textAlign = 'center'; c.textBaseline = 'middle'; c.fillStyle = css('--soft');
-    c.font = '600 14px system-ui, sans-serif';
-    for (const placed of this.layout.placed) {
-      const { length_mm, width_mm } = placed.patch;
-      const beyond = this.layout.kind === 'hand' && placed.patch.name !== 'palm';
-      const { u, v } = beyond ? placed.to(length_mm + 14, width_mm / 2) : placed.to(length_mm / 2, placed.patch.name === 'palm' ? width_mm - 6 : -4);
-      const { x, y } = this.px(u, v);
-      c.fillText(placed.patch.name || `patch ${placed.index + 1}`, x, y);
+    c.textBaseline = 'middle'; c.fillStyle = css('--soft');
+    c.font = `600 ${this.scale < 2 ? 12 : 14}px system-ui, sans-serif`;
+    for (const { patch, index, to } of this.layout.placed) {
+      const { length_mm, width_mm } = patch, name = patch.name || `patch ${index + 1}`, tip = this.layout.kind === 'hand' && name !== 'palm';
+      const { u, v } = tip ? to(length_mm + 2, width_mm / 2) : to(length_mm / 2, name === 'palm' ? 8 : -4);
+      const { x, y } = this.px(u, v), width = c.measureText(name).width;
+      c.textAlign = tip ? 'left' : 'center';
+      c.fillText(name, x, y);
+      this.labels.push({ name, left: tip ? x : x - width / 2, right: tip ? x + width : x + width / 2, top: y - 7, bottom: y + 7 });
     }
   }
 
@@ -224,7 +255,7 @@ export class Finger {
       const { u, v } = this.layout.placed[tip.patch].to(probes[i].x, probes[i].y);
       const { x, y } = this.px(u, v);
       c.fillStyle = css('--press');
-      c.fillText(tip.name, x, y - this.scale * (tip.radius_mm ?? 2) - 8);
+      c.fillText(tip.name, x, y - this.scale * (tip.radius_mm ?? (tip.shape?.length_mm ?? 4) / 2) - 8);
     });
     pins.forEach((afferent) => {
       const placed = placeOf(this.layout, afferent);
@@ -235,13 +266,14 @@ export class Finger {
     });
   }
 
-  #scaleBar(c, height) {
+  #scaleBar(c, width, height) {
     const mm = [1, 2, 5, 10, 20, 50].find((n) => n * this.scale >= 40) ?? 50;
+    const [x, y] = this.layout.kind === 'hand' ? [width - 8 - mm * this.scale, 24] : [8, height - 8];
     c.font = '12px system-ui, sans-serif';
     c.fillStyle = c.strokeStyle = css('--soft'); c.lineWidth = 2;
-    c.beginPath(); c.moveTo(8, height - 8); c.lineTo(8 + mm * this.scale, height - 8); c.stroke();
+    c.beginPath(); c.moveTo(x, y); c.lineTo(x + mm * this.scale, y); c.stroke();
     c.textAlign = 'left'; c.textBaseline = 'bottom';
-    c.fillText(`${mm} mm`, 8, height - 11);
+    c.fillText(`${mm} mm`, x, y - 3);
   }
 }
 

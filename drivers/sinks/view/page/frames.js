@@ -24,10 +24,12 @@ export function readFrame(buffer, scene) {
   const origin_s = r.f64(), from = r.f64(), t = r.f64();
   const counters = r.list(() => r.f64());
   const probes = r.list(() => {
-    const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32() };
+    const probe = { depth: r.f32(), force: r.f32() * 1e-3, x: r.f32(), y: r.f32(), radius: r.f32(), gauge_depth: r.f32(), tip: { x: r.f32(), y: r.f32() } };
     const state = r.u32();
     const taxels = r.list(() => r.f32());
-    return { ...probe, state: state & 3, uncertain: (state & 64) !== 0, touching: (state & 128) !== 0, link: state >> 8, taxels };
+    // An array measures pressures, and no depth.
+    const reading = taxels.length ? Math.max(...taxels) : probe.depth;
+    return { ...probe, reading, state: state & 3, uncertain: (state & 64) !== 0, touching: (state & 128) !== 0, link: state >> 8, taxels };
   });
   const points = r.list(() => ({
     t: t - r.f32(), state: r.u32(), values: probes.flatMap(() => [r.f32(), r.f32() * 1e-3]),

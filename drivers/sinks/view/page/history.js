@@ -58,7 +58,7 @@ export class History {
   constructor(scene) {
     this.scene = scene;
     const columns = { t: Float64Array };
-    for (let i = 0; i < scene.probes.length; ++i) { columns[`depth${i}`] = Float32Array; columns[`force${i}`] = Float32Array; }
+    for (let i = 0; i < scene.probes.length; ++i) { columns[`reading${i}`] = Float32Array; columns[`force${i}`] = Float32Array; }
     this.points = new Columns(columns);
     this.spikes = new Columns({ t: Float64Array, n: Uint32Array });
     this.watched = new Map();   // afferent → Columns of t, drive, potential
@@ -104,7 +104,7 @@ export class History {
 
   #addPoint(point) {
     const row = { t: point.t };
-    point.values.forEach((value, i) => { row[`${i % 2 ? 'force' : 'depth'}${i >> 1}`] = value; });
+    point.values.forEach((value, i) => { row[`${i % 2 ? 'force' : 'reading'}${i >> 1}`] = value; });
     this.points.push(row);
     this.scene.probes.forEach((probe, i) => {
       if (i >= 16) return;

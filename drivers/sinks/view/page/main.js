@@ -54,7 +54,7 @@ class Page {
       state: (socket) => { this.socket = socket; this.dirty = true; },
     });
     this.controls = new Controls((...words) => this.connection.send(...words));
-    this.readings = [this.#readSkin(), this.#readRaster(), this.#readLanes()];
+    this.readings = [this.#readSkin(), this.#readTrace(), this.#readRaster(), this.#readLanes()];
     this.received_ms = performance.now();
     setInterval(() => this.#watchSilence(), 1000);
   }
@@ -62,13 +62,16 @@ class Page {
   setScene(scene) {
     this.scene = scene;
     this.frame = this.paused = null;
-    scene.probes.forEach((probe, i) => { probe.name = this.#nameOf(scene, i); });
+    scene.probes.forEach((probe, i) => {
+      probe.name = this.#nameOf(scene, i);
+      probe.measure = probe.taxels ? { name: 'pressure', unit: 'kPa', digits: 1 } : { name: 'depth', unit: 'mm', digits: 2 };
+    });
     this.history = new History(scene);
     this.rates = new Rates(scene.neurons);
     this.trend.clear();
     this.finger.setScene(scene);
     this.order = new RowOrder(scene, this.finger.layout);
-    this.electrodes.setScene(scene);    // before the trace, which fills the rest of its section
+    this.electrodes.setScene(scene);
     this.trace.setScene(scene);
     this.details.setScene(scene, this.finger.layout);
     this.controls.setScene(scene);
@@ -189,9 +192,9 @@ class Page {
   /// What the plots show, for screen readers.
   #describePlots() {
     const { scene, rates } = this, frame = this.shown();
-    const presses = frame.probes.map((p, i) => `${scene.probes[i].name} ${p.force.toFixed(2)} N, ${p.depth.toFixed(2)} mm`).join('; ');
+    const presses = frame.probes.map((p, i) => `${scene.probes[i].name} ${p.force.toFixed(2)} N, ${p.reading.toFixed(2)} ${scene.probes[i].measure.unit}`).join('; ');
     const firing = `${rates.active} of ${scene.neurons} afferents fire, ${rates.total.toFixed(0)} spikes per second`;
-    setAttribute(byId('trace'), 'aria-label', `Force and depth against time. Now: ${presses}`);
+    setAttribute(byId('trace'), 'aria-label', `Force and ${this.trace.measures} against time. Now: ${presses}`);
     setAttribute(byId('raster'), 'aria-label', `Spike raster of ${this.order.rows.length} afferents. Now: ${firing}`);
     setAttribute(byId('skin'), 'aria-label', `Receptive fields on the skin, coloured by rate, and the contact. Now: ${firing}`);
   }
@@ -228,6 +231,12 @@ class Page {
     });
   }
 
+  #readTrace() {
+    return follow(byId('trace'), byId('trace-value'), {
+      describe: (x, y) => (this.frame ? this.trace.describe(x, y, this.history.points, this.time()) : ''),
+    });
+  }
+
   #readRaster() {
     const hit = (x, y) => (this.frame ? this.raster.hit(x, y, this.trace.margins(), this.time(), this.order) : null);
     return follow(byId('raster'), byId('raster-value'), {
@@ -254,9 +263,8 @@ class Page {
 }
 
 const page = new Page();
-setUpTheme(() => { page.trace.make(); page.dirty = true; });
+setUpTheme(() => { page.dirty = true; });
 setUpKeys(page);
 setUpSaving(page);
-new ResizeObserver(() => { page.trace.resize(); page.dirty = true; }).observe(document.querySelector('main'));
 document.addEventListener('canvas-resized', () => { page.dirty = true; });
 globalThis.merkel = page;    // for the console and for tests

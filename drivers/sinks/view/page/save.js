@@ -54,13 +54,13 @@ export function spikeTable({ spikes }, time, origin_s) {
   return `${lines.join('\n')}\n`;
 }
 
-/// One row per point: time, then depth and force of each probe.
+/// One row per point: time, then depth or pressure, and force of each probe.
 export function pressTable({ points, scene }, time, origin_s) {
   const column = (name, unit, i) => (scene.probes.length > 1 ? `${name}_${i + 1}_${unit}` : `${name}_${unit}`);
-  const lines = [['time_s', ...scene.probes.flatMap((probe, i) => [column('depth', 'mm', i), column('force', 'N', i)])].join(',')];
+  const lines = [['time_s', ...scene.probes.flatMap((probe, i) => [column(probe.measure.name, probe.measure.unit, i), column('force', 'N', i)])].join(',')];
   const last = points.firstAfter(time.to + 1e-9);
   for (let i = points.firstAfter(time.from); i < last; ++i) {
-    const values = scene.probes.flatMap((probe, k) => [points[`depth${k}`][i].toFixed(6), points[`force${k}`][i].toFixed(6)]);
+    const values = scene.probes.flatMap((probe, k) => [points[`reading${k}`][i].toFixed(6), points[`force${k}`][i].toFixed(6)]);
     lines.push([(origin_s + points.t[i]).toFixed(9), ...values].join(','));
   }
   return `${lines.join('\n')}\n`;

@@ -1,112 +1,112 @@
-// Force and depth against time, drawn by uPlot; the raster below uses the margins of this plot.
-import { byId } from './canvas.js';
+// Force and depth (of an array: its highest pressure) against time, a lane for each probe; the plots below use the margins
+// of these lanes.
+import { byId, context, setText, sizeOf } from './canvas.js';
 import { css } from './colours.js';
 import { drawSpans } from './raster.js';
 
-const kDashes = [[], [6, 4], [2, 3], [8, 3, 2, 3], [1, 4], [10, 6]];
-const kMaxPoints = 2400;    // for all curves together
+const kLowest_px = 16;      // height of one of several lanes
+const kSmallest = { N: 0.1, mm: 0.1, kPa: 1 };    // peak of a scale, so that noise stays small
+const kShare = { force: 0.72, reading: 0.95 };    // of a lane's height at the peak: curves of the same shape do not overlap
 
-/// A line as in the plot, and the name of its probe.
-function curveOf(probe, i) {
-  const item = document.createElement('span'), line = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-  line.setAttribute('viewBox', '0 0 26 4');
-  line.setAttribute('aria-hidden', 'true');
-  line.innerHTML = `<path d="M0 2h26" stroke="currentColor" stroke-width="2" fill="none" stroke-dasharray="${kDashes[i % kDashes.length].join(' ')}"/>`;
-  item.append(line, probe.name);
-  return item;
+/// About three round numbers from zero to a value.
+function ticksUpTo(most) {
+  const decade = 10 ** Math.floor(Math.log10(most / 3.5)), step = decade * [1, 2, 5, 10].find((n) => n * decade >= most / 3.5);
+  return Array.from({ length: Math.floor(most / step + 1e-9) + 1 }, (unused, i) => +(i * step).toPrecision(6));
 }
 
 export class Trace {
-  constructor(place) { this.place = place; this.arrays = []; }
+  constructor(canvas) { this.canvas = canvas; }
 
-  setScene(scene) { this.scene = scene; this.make(); }
-
-  make() {
-    if (!this.scene) return;
-    if (this.plot) this.plot.destroy();
-    byId('curves').replaceChildren(...(this.scene.probes.length > 1 ? this.scene.probes.map((probe, i) => curveOf(probe, i)) : []));
-    const value = (u, v) => (v == null ? '–' : v.toFixed(3));
-    const series = [{ label: 'time, s', value }];
-    this.scene.probes.forEach((probe, i) => {
-      const which = this.scene.probes.length > 1 ? `${probe.name} ` : '';
-      const look = { width: 2, dash: kDashes[i % kDashes.length], value, points: { show: false } };
-      series.push({ ...look, label: `${which}depth, mm`, scale: 'mm', stroke: () => css('--depth') });
-      series.push({ ...look, label: `${which}force, N`, scale: 'N', stroke: () => css('--force') });
-    });
-    const axis = (more) => ({ stroke: () => css('--soft'), grid: { stroke: () => css('--line'), width: 1 }, ticks: { show: false }, ...more });
-    // Two ranges, so that curves of the same shape do not overlap.
-    const upward = (room) => (u, low, high) => [Math.min(0, low ?? 0), Math.max(high ?? 0, 0.1) * room];
-    this.plot = new uPlot({
-      ...this.#size(), series, legend: { show: false }, padding: [6, 0, 8, 0],
-      scales: { x: { time: false }, mm: { range: upward(1.08) }, N: { range: upward(1.4) } },
-      axes: [axis({ show: false }),
-        axis({ scale: 'N', size: 46, stroke: () => css('--force'), values: (u, all) => all.map((v) => +v.toFixed(2)), space: 26 }),
-        axis({ scale: 'mm', side: 1, size: 40, stroke: () => css('--depth'), values: (u, all) => all.map((v) => +v.toFixed(2)), grid: { show: false }, space: 26 })],
-      cursor: { drag: { x: false, y: false }, y: false },
-      hooks: { drawClear: [(u) => this.#shade(u)], setCursor: [(u) => this.#read(u)] },
-    }, [[]].concat(this.scene.probes.flatMap(() => [[], []])), this.place);
+  setScene({ probes }) {
+    this.probes = probes;
+    this.measures = [...new Set(probes.map(({ measure }) => measure.name))].join(' and ');
+    setText(byId('trace-depth'), [...new Set(probes.map(({ measure }) => `${measure.name}, ${measure.unit}`))].join('; '));
+    byId('peaks').hidden = probes.length < 2;
+    this.canvas.style.minHeight = probes.length > 1 ? `${kLowest_px * probes.length}px` : '';
   }
 
-  #size() { return { width: this.place.clientWidth, height: this.place.clientHeight || 120 }; }
-  resize() { if (this.plot) this.plot.setSize(this.#size()); }
-
-  /// The margins of the plot area, in CSS pixels.
+  /// The margins of the lanes, in CSS pixels.
   margins() {
-    const ratio = window.devicePixelRatio || 1;
-    return { left: this.plot.bbox.left / ratio, width: this.plot.bbox.width / ratio };
+    const several = this.probes.length > 1, left = several ? 60 : 46;
+    return { left, width: Math.max(10, sizeOf(this.canvas).width - left - (several ? 76 : 44)) };
   }
 
-  #shade(u) {
-    if (!this.spans) return;
-    const { left, top, width, height } = u.bbox;
-    u.ctx.save();
-    u.ctx.translate(0, top);
-    drawSpans(u.ctx, this.spans, this.time, { left, w: width, h: height }, false);
-    u.ctx.restore();
+  draw(points, time, spans) {
+    const { c, height } = context(this.canvas), { left, width: w } = this.margins(), lane = height / this.probes.length;
+    const rows = [points.firstAfter(time.from), points.firstAfter(time.to + 1e-9)];
+    this.lanes = this.probes.map((probe, i) => {
+      const box = { left, w, top: i * lane + 2, h: lane - 4 };
+      const [reading, force] = [['reading', probe.measure.unit], ['force', 'N']].map(([name, unit]) => (
+        { ...this.#scale(points[`${name}${i}`], rows, box, kShare[name], kSmallest[unit]), column: points[`${name}${i}`] }));
+      this.#axes(c, probe, { force, reading }, box);
+      this.#curve(c, points, rows, time, box, reading, css('--depth'), false);
+      this.#curve(c, points, rows, time, box, force, css('--force'), true);
+      return { bottom: box.top + box.h, zero: force.y(0) };
+    });
+    drawSpans(c, spans, time, { left, w, h: height }, false);
   }
 
-  #read(u) {
-    const i = u.cursor.idx;
-    byId('trace-value').textContent = i == null ? '' : `${u.data[0][i].toFixed(3)} s: ` + this.scene.probes.map((probe, k) =>
-      `${this.scene.probes.length > 1 ? `${probe.name} ` : ''}${u.data[2 * k + 2][i].toFixed(3)} N, ${u.data[2 * k + 1][i].toFixed(3)} mm`).join('; ');
+  /// {peak, most, y(value)} of a curve: its highest value in view, the top of its scale, and its place in the lane.
+  #scale(column, [first, last], { top, h }, share, smallest) {
+    let low = 0, peak = 0;
+    for (let row = first; row < last; ++row) { low = Math.min(low, column[row]); peak = Math.max(peak, column[row]); }
+    const most = Math.max(smallest, peak) / share;
+    return { peak, most, y: (value) => top + h * (most - value) / (most - low) };
   }
 
-  /// Two values for each bucket of rows: the lowest and the highest, in their order, so that no peak is lost.
-  #thin(k, column, buckets) {
-    const isTime = k === 0, thinned = this.#array(k, 2 * buckets.length);
-    buckets.forEach(([from, to], i) => {
+  /// One lane has two axes; several have the probe's name and the peaks of the curves.
+  #axes(c, { name, measure }, { force, reading }, { left, w, top, h }) {
+    const line = (y) => { c.beginPath(); c.moveTo(left, Math.round(y) + 0.5); c.lineTo(left + w, Math.round(y) + 0.5); c.stroke(); };
+    const text = (string, x, y, align, colour) => { c.textAlign = align; c.fillStyle = css(colour); c.fillText(string, x, y); };
+    c.textBaseline = 'middle';
+    c.strokeStyle = css('--line');
+    if (this.probes.length === 1) {
+      const within = (y) => Math.min(top + h - 5, Math.max(top + 5, y));
+      for (const value of ticksUpTo(force.most)) { line(force.y(value)); text(value, left - 6, within(force.y(value)), 'right', '--force'); }
+      for (const value of ticksUpTo(reading.most)) text(value, left + w + 6, within(reading.y(value)), 'left', '--depth');
+    } else {
+      const middle = top + h / 2;
+      c.fillStyle = css('--soft'); c.textAlign = 'left';
+      c.fillText(name, 0, middle, left - 6);
+      text(force.peak.toFixed(2), left + w + 36, middle, 'right', '--force');
+      text(reading.peak.toFixed(measure.digits), left + w + 74, middle, 'right', '--depth');
+    }
+    c.strokeStyle = css('--zero');
+    line(force.y(0));
+  }
+
+  /// Draws a curve: of each pixel the lowest and the highest value, in their order, so that no peak is lost.
+  #curve(c, { t, dropped }, [first, last], time, { left, w }, { column, y }, colour, filled) {
+    if (first === last) return;
+    const x = (row) => left + Math.max(0, (t[row] - time.from) / time.seconds) * w;
+    const size = Math.max(1, Math.ceil((last - first) / w));
+    c.beginPath();
+    // Groups begin at multiples of their size, so that they scroll with the curve.
+    for (let from = first, to; from < last; from = to) {
+      to = Math.min(last, from + size - (from + dropped) % size);
       let low = from, high = from;
       for (let row = from + 1; row < to; ++row) {
         if (column[row] < column[low]) low = row;
         if (column[row] > column[high]) high = row;
       }
-      if (isTime) [low, high] = [from, (from + to) >> 1];
-      thinned[2 * i] = column[Math.min(low, high)];
-      thinned[2 * i + 1] = column[Math.max(low, high)];
-    });
-    return thinned;
-  }
-
-  /// An array of a length, from one that is kept for the next picture.
-  #array(k, length) {
-    if (!(this.arrays[k]?.length >= length)) this.arrays[k] = new Float64Array(2 * length);
-    return this.arrays[k].subarray(0, length);
-  }
-
-  draw(points, time, spans) {
-    this.spans = spans;
-    this.time = time;
-    // The columns of the points have the order of the series: time, then depth and force of each probe.
-    const first = points.firstAfter(time.from), last = points.firstAfter(time.to + 1e-9);
-    const curves = 2 * this.scene.probes.length;
-    const size = Math.ceil(2 * (last - first) * curves / kMaxPoints);    // rows per bucket
-    const buckets = [];
-    // Buckets begin at multiples of their size, so that they scroll with the curves.
-    for (let from = first, to; size > 2 && from < last; from = to) {
-      to = Math.min(last, from + size - (from + points.dropped) % size);
-      buckets.push([from, to]);
+      for (const row of [Math.min(low, high), Math.max(low, high)]) c.lineTo(x(row), y(column[row]));
     }
-    const data = points.names.map((name, k) => (size > 2 ? this.#thin(k, points[name], buckets) : points[name].subarray(first, last)));
-    this.plot.batch(() => { this.plot.setData(data, false); this.plot.setScale('x', { min: time.from, max: time.to }); });
+    c.strokeStyle = c.fillStyle = colour;
+    c.lineWidth = this.probes.length > 1 ? 1.4 : 2;
+    c.stroke();
+    c.lineWidth = 1;
+    if (!filled) return;
+    c.lineTo(x(last - 1), y(0)); c.lineTo(x(first), y(0));
+    c.globalAlpha = 0.22; c.fill(); c.globalAlpha = 1;
+  }
+
+  /// The values under a pixel, of the lane's probe; '' beside the lanes.
+  describe(x, y, points, time) {
+    const { left, width } = this.margins(), t = time.from + (x - left) / width * time.seconds;
+    const row = points.firstAfter(t), i = Math.floor(y / sizeOf(this.canvas).height * this.probes.length);
+    if (!this.probes[i] || t < time.from || row >= points.end) return '';
+    const { name, measure } = this.probes[i];
+    return `${points.t[row].toFixed(3)} s: ${this.probes.length > 1 ? `${name} ` : ''}${points[`force${i}`][row].toFixed(3)} N, `
+      + `${points[`reading${i}`][row].toFixed(3)} ${measure.unit}`;
   }
 }
