@@ -77,8 +77,8 @@ class Actions(BrowserPage):
             self.wait(f"{painted} > 2000")
             # Only afferents that have fired have a row.
             self.assertLess(self.page.ask("merkel.order.rows.length"), 1000)
-            if size[0] in (1280, 390):
-                self.screenshot("live_page_electrodes.png" if size[0] == 1280 else "live_page_electrodes_phone.png")
+            if size[0] == 1280:
+                self.screenshot("live_page_electrodes.png")
         program.kill()
         program.communicate()
         self.page.set_size(1280, 800)
