@@ -7,7 +7,7 @@
 
 namespace merkel {
 
-// The wire format of a channel in a HELLO of HBF1 (drivers/README.md#hbf1).
+// The wire format of a channel in a HELLO of HBF1 (drivers/protocols/README.md#hbf1).
 
 enum class Hbf1Format : std::uint8_t { kInt16 = 0, kInt32 = 1, kFloat = 2 };
 

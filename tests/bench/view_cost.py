@@ -6,7 +6,7 @@ usage: view_cost.py [MERKEL [SECONDS]]
 Server: processor time of the thread that serves the page and of the thread that makes its frames, as a share of
 one core, with a client that takes 25 frames a second. Browser: processor time of the page's thread for each picture,
 everything included, and how long drawing took on the clock, median and 99 % of the last 200 pictures (Chromium without
-a screen or a graphics card). On a busy machine only the processor time means something. Prints the table of drivers/README.md.
+a screen or a graphics card). On a busy machine only the processor time means something. Prints the table of drivers/sinks/view/README.md.
 """
 import contextlib
 import os

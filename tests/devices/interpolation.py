@@ -5,7 +5,7 @@ usage: tests/devices/interpolation.py PROGRAM [--write]
 
 A press of taps and a slide of 20 kHz gives the spikes as they should be. The same press, sampled at lower
 rates, is run with interpolation = "linear" and "hold"; their spikes are matched, neuron by neuron, within
-10 ms. Prints a table in Markdown; --write puts it into drivers/README.md between its marks and draws
+10 ms. Prints a table in Markdown; --write puts it into drivers/clock/README.md between its marks and draws
 tools/gallery/interpolation.png.
 """
 import argparse

@@ -10,7 +10,7 @@ The devices play one trace of slow presses. Its own replay gives the spikes that
 of the run are compared with them, neuron by neuron, within one sample period. The device begins to play at a
 time of its own: the shift between the two is the one at which the recorded samples fit the trace best.
 
-Prints a table in Markdown; --write puts its rows into the table of drivers/README.md, in the place of earlier ones. Exit 1 where less than
+Prints a table in Markdown; --write puts its rows into the table of drivers/clock/README.md, in the place of earlier ones. Exit 1 where less than
 99 % of the samples were used, more than 1 % of the ticks held the last sample, more than 1 % of the spikes have
 no partner in the trace's replay, or the replay of what was read gives other spikes.
 """
@@ -28,7 +28,7 @@ import tempfile
 RATES = [10, 25, 100, 250, 1000]
 FAST_RATES = [4000, 8000]
 FAST_TICK_US = 250
-README = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "README.md"
+README = pathlib.Path(__file__).resolve().parents[2] / "drivers" / "clock" / "README.md"
 BEGIN, END = "<!-- rates begin -->", "<!-- rates end -->"
 HEAD = ["protocol", "rate (Hz)", "samples", "used (%)", "ticks held (%)", "delay (ms)", "sample to spike, p50 (ms)", "p99 (ms)",
         "spikes", "match the trace (%)", "match a perfect device (%)", "replay equal"]
@@ -207,7 +207,7 @@ def table_of(rows):
 
 
 def write_row(cells):
-    """Puts a row into the table of drivers/README.md, in the place of an earlier one."""
+    """Puts a row into the table of drivers/clock/README.md, in the place of an earlier one."""
     lines = README.read_text().split(BEGIN)[1].split(END)[0].strip().splitlines()
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
     rows = [row for row in rows if row[:2] != cells[:2]] + [cells]
@@ -216,7 +216,7 @@ def write_row(cells):
 
 
 def write_between(begin, end, table):
-    """Puts a table into drivers/README.md between two marks."""
+    """Puts a table into drivers/clock/README.md between two marks."""
     text = README.read_text()
     before, after = text.split(begin)[0], text.split(end)[1]
     README.write_text(f"{before}{begin}\n{table}\n{end}{after}")

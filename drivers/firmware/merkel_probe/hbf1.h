@@ -1,6 +1,6 @@
 // HBF1 frames for a microcontroller: COBS(header | body | CRC) and a 0. No heap, no library.
 //
-// drivers/README.md describes the frames; a test encodes with this file and decodes with the host's. Needs a little-endian core (all Arduino and Teensy boards).
+// drivers/protocols/README.md describes the frames; a test encodes with this file and decodes with the host's. Needs a little-endian core (all Arduino and Teensy boards).
 #pragma once
 
 #include <stddef.h>
