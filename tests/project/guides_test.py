@@ -1,6 +1,6 @@
 """Each guide's commands run as they are printed, in an empty folder: guides_test.py MERKEL [GUIDES]
 
-Checks that each `--out` and `--sink` of a guide gave a file, and that at most five commands are needed.
+Prints how long each takes. Checks that each `--out` and `--sink` of a guide gave a file, and that at most five commands are needed.
 """
 import os
 import pathlib
@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 PROGRAM = pathlib.Path(sys.argv[1]).absolute()
@@ -32,10 +33,12 @@ class Guides(unittest.TestCase):
             script = "\n".join(re.findall(r"^```sh\n(.*?)^```$", guide.read_text(), re.MULTILINE | re.DOTALL))
             with self.subTest(guide.name), tempfile.TemporaryDirectory() as folder:
                 self.assertLessEqual(len(script.splitlines()), MOST_COMMANDS)
+                began = time.monotonic()
                 run = subprocess.run(["bash", "-euc", MERKEL + script + "\nkill $(jobs -p) 2>/dev/null || true"], cwd=folder,
                                      env={**os.environ, "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"},
                                      capture_output=True, text=True, timeout=280)
                 self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+                print(f"{guide.stem}: {len(script.splitlines())} commands, {time.monotonic() - began:.0f} s", flush=True)
                 if "exit code 1" in run.stdout:
                     self.assertIn(HOST, run.stdout)
                 for name in re.findall(r"(?:--out |--sink \w[\w-]*:)(\S+)", script):
