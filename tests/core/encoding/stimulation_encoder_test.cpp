@@ -218,6 +218,20 @@ TEST(StimulationEncoder, ADoubtedProbeSuspendsItsPatchAndNoOther) {
   EXPECT_EQ(commands[1].amplitude_uA, 50.0);
 }
 
+TEST(StimulationEncoder, ALowFrequencyIsOneToo) {
+  auto slow = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0);
+  slow.frequency_Hz = {0.0, 2.0};
+  auto encoder = *StimulationEncoder::create(encoding_of({slow}), grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = {.contact = {.depth_mm = 0.5, .force_mN = 250.0, .contact_radius_mm = 1.0},
+                .x_mm = 15.0,
+                .y_mm = 10.0};
+  const auto commands = feed.step();
+  ASSERT_EQ(commands.size(), 1U);
+  EXPECT_EQ(commands[0].frequency_Hz, 0.5);
+  EXPECT_EQ(commands[0].amplitude_uA, 35.0);
+}
+
 TEST(StimulationEncoder, ADepthThatIsNotANumberWinsOverEveryOther) {
   EncodedModel model = grid_model();
   model.patch_of_probe = {0, 0};

@@ -134,6 +134,15 @@ TEST(StimulationLimiter, KeepsTheStrongestElectrodes) {
   EXPECT_EQ(limiter.clippings().electrodes, 2U);
 }
 
+TEST(StimulationLimiter, ElectrodesThatAreOffAreNoneOfThem) {
+  Limits limits = kWide;
+  limits.max_electrodes = 1;
+  StimulationLimiter limiter(limits, {{80.0, 200.0}, {80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  EXPECT_EQ(limited(limiter, milliseconds{1}, {0.0, 30.0, 0.0}), (std::vector{0.0, 30.0, 0.0}));
+  EXPECT_EQ(limiter.clippings().all(), 0U);
+}
+
 TEST(StimulationLimiter, APulseInProgressIsOneOfTheElectrodesAtOnce) {
   Limits limits = kWide;
   limits.max_electrodes = 2;
