@@ -135,7 +135,9 @@ TEST(Attack, AFolderThatGoesDuringARunEndsItsSinkWithASentence) {
   StartedProgram program({"run", "--probe", "sim:ramp?wait_s=0&live=1&hold_s=9", "--duration-s",
                           "1.5", "--json", "--sink", "csv:" + gone, "--sink",
                           "csv:" + other.path("s.csv")});
-  for (int k = 0; k < 500 && !std::filesystem::exists(gone + ".part"); ++k) {
+  // The second file is created after the first.
+  const std::string second = other.path("s.csv.part");
+  for (int k = 0; k < 3000 && !std::filesystem::exists(second); ++k) {
     std::this_thread::sleep_for(milliseconds{10});
   }
   folder.reset();

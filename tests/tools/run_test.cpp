@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 
 namespace merkel {
@@ -188,6 +189,31 @@ TEST(Run, TheSummaryAddsUp) {
   }
   EXPECT_EQ(spikes, summary["spikes"].get<int>());
   EXPECT_EQ(receptors, 450);
+}
+
+TEST(Run, TheSummaryBeginsWithTheTouchAndTheSpikesAndEndsWithCounters) {
+  const std::string hand = run_program({"run", "hand", "--fast", "--duration-s", "0.6"}).out;
+  std::size_t last = 0;
+  for (const char* const part : {"thumb: deepest press", "palm: deepest press", "afferents: ",
+                                 "verdict: ", "probe sim:ramp: ", "counters (ticks of 1 ms):"}) {
+    const std::size_t at = hand.find(part);
+    ASSERT_NE(at, std::string::npos) << part << hand;
+    EXPECT_GT(at, last) << part;
+    last = at;
+  }
+}
+
+TEST(Run, TheSummarySaysWhatDroveItAndWhetherItIsAPressOfTheFit) {
+  const auto driven = [](const std::string& scene, const std::string& press) {
+    return run_program({"run", scene, "--fast", "--probe", "sim:ramp?hold_s=0.1&" + press}).out;
+  };
+  const std::string fitted =
+      "driven by its force; the afferents are fitted to spheres pressed with 0.098 to 0.196 N";
+  EXPECT_TRUE(has(driven("goodwin", "force_N=0.15"), fitted + "\n"));
+  EXPECT_TRUE(has(driven("finger", "force_N=0.79"), fitted + ": beyond, their rates are"));
+  EXPECT_TRUE(
+      has(driven("goodwin", "depth_mm=2"), "driven by its depth; the afferents are fitted"));
+  EXPECT_TRUE(has(driven("paper", "depth_mm=1"), "driven by its depth\n"));
 }
 
 TEST(Run, ASceneMayNameProbeAndSink) {

@@ -129,8 +129,9 @@ Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const
 int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan* plan,
              const RunReport& report) {
   const TactileModel& model = *prepared.model;
-  const std::string summary = options.json ? summary_json(report, model, plan)
-                                           : summary_text(report, model, plan, options.all);
+  const std::string summary =
+      options.json ? summary_json(report, model, plan)
+                   : summary_text(report, model, plan, options.all, prepared.scene.preset);
   const auto& sinks = prepared.scene.sinks;
   const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), writes_standard_output);
   std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);

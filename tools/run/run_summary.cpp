@@ -22,6 +22,7 @@
 #include "tools/run/silence.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/contact_sentence.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -157,13 +158,28 @@ std::string name_of_probe(const TactileModel& model, std::size_t probe) {
   return on_patch == 1 ? patch + ": " : patch + ", " + number + ": ";
 }
 
+/// What drove the model, and whether its afferents are fitted to such a press.
+std::string drive_text(const Press& press, const Indenter& tip, std::string_view preset) {
+  const bool force = tip.control == Indenter::Control::kForce;
+  std::string text = force ? "\n  driven by its force" : "\n  driven by its depth";
+  const auto fitted_N = fitted_forces_N(preset);
+  if (!fitted_N || tip.taxels() != nullptr) return text + "\n";
+  const double force_N = units::N_from_mN(press.contact.force_mN);
+  const bool within = force_N >= (*fitted_N)[0] && force_N <= (*fitted_N)[1];
+  return text + fmt::format("; the afferents are fitted to spheres pressed with {:g} to {:g} N{}\n",
+                            (*fitted_N)[0], (*fitted_N)[1],
+                            within ? "" : ": beyond, their rates are an extrapolation");
+}
+
 /// The deepest press of a probe.
-std::string touch_text(const RunReport& report, const TactileModel& model, std::size_t probe) {
+std::string touch_text(const RunReport& report, const TactileModel& model, std::size_t probe,
+                       std::string_view preset) {
   const Press& press = model.deepest()[probe];
   const std::string name = name_of_probe(model, probe);
   if (!press.touching()) return name + "never touched the skin\n";
   const double force_N = units::N_from_mN(press.contact.force_mN);
-  const std::string law = "\n  contact law: " + contact_sentence(press, model, probe) + "\n";
+  const std::string law = drive_text(press, model.parameters().indenters[probe], preset) +
+                          "  contact law: " + contact_sentence(press, model, probe) + "\n";
   if (model.parameters().indenters[probe].taxels() != nullptr) {
     return name +
            fmt::format(
@@ -227,7 +243,7 @@ std::string planned_text(const Plan& plan, const RunReport& report) {
 }  // namespace
 
 std::string summary_text(const RunReport& report, const TactileModel& model, const Plan* plan,
-                         bool all_afferents) {
+                         bool all_afferents, std::string_view preset) {
   std::string text;
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
@@ -237,7 +253,8 @@ std::string summary_text(const RunReport& report, const TactileModel& model, con
     text += fmt::format(" ({:.1f} × real time)", simulated_s / wall_s);
   }
   text += report.interrupted ? ", interrupted\n" : "\n";
-  for (std::size_t i = 0; i < report.probes.size(); ++i) text += touch_text(report, model, i);
+  for (std::size_t i = 0; i < report.probes.size(); ++i)
+    text += touch_text(report, model, i, preset);
   if (model.closest_rims() < 1.0) {
     text += fmt::format(
         "contacts came within {:.2f} radii of each other: each lies on skin that the other has "

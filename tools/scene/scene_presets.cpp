@@ -136,6 +136,12 @@ std::optional<Scene> preset_scene(std::string_view name) {
   return scene;
 }
 
+std::optional<std::array<double, 2>> fitted_forces_N(std::string_view preset) {
+  // The two forces of the recorded curvatures in `merkel score`.
+  if (preset == "goodwin" || preset == "finger") return std::array{0.098, 0.196};
+  return std::nullopt;
+}
+
 const std::vector<std::string>& preset_names() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> all;

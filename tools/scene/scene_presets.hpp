@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -14,6 +15,9 @@ namespace merkel {
 [[nodiscard]] std::optional<Scene> preset_scene(std::string_view name);
 /// What became of a preset of earlier versions, with its name; empty for any other name.
 [[nodiscard]] std::string retired_preset(std::string_view name);
+/// The smallest and the largest force of the spheres to which a preset's afferents are fitted;
+/// empty for presets that are fitted to none.
+[[nodiscard]] std::optional<std::array<double, 2>> fitted_forces_N(std::string_view preset);
 [[nodiscard]] const std::vector<std::string>& preset_names();
 /// A line for each preset: its name and its meaning.
 [[nodiscard]] std::string preset_list(std::string_view before, std::string_view between);
