@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Attacks the built program from outside and counts what it withstood, as a Markdown table.
 
 attack.py PROGRAM [--sample N] [--only NAME…] [--seed S]: N times the attacks of a quick run (1, as in the tests; 40 takes an hour).
@@ -320,7 +321,9 @@ class Attacker:
                 minutes += its_minutes
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             attacks = hostile_devices.touch_attacks(self.program, trace)
-            runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1], self.folder, seconds, 2 * ("busy" in each[0])), attacks)
+            patient = "&timeout_ms=20000"  # on a busy machine, the device itself waits for a core
+            runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1] + patient, self.folder, seconds,
+                                                                  2 * ("busy" in each[0])), attacks)
             for (name, _, _, _, expected, words), (code, summary, said, spikes, _) in zip(attacks, runs):
                 minutes += seconds / 60
                 if fault := hostile_devices.fault_of(expected, words, code, summary, said, spikes):

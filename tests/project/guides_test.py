@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Each guide's commands run as they are printed, in an empty folder: guides_test.py MERKEL [GUIDES]
 
 Prints how long each takes. Checks that each `--out` and `--sink` of a guide gave a file, and that at most five commands are needed.

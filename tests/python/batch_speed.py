@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """How batches scale: jobs of a second of goodwin on one and on all cores, and the overhead of a job.
 
 batch_speed.py MERKEL, with PYTHONPATH as the tests have it. One core: the batch is pinned to it. Medians of rounds.

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Every example of tools/python/examples runs. Those whose packages are missing are skipped, with the reason."""
 import os
 import pathlib

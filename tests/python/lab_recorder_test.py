@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """A recording that LabRecorder makes of two rigs, in processes with clocks of their own; where pyxdf is installed,
 compared with it. Run where merkel was built with liblsl and LabRecorderCLI is found (in PATH, or named in
 MERKEL_LABRECORDER); https://github.com/labstreaminglayer/App-LabRecorder/releases."""

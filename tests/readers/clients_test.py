@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Files of merkel, opened by programs that Debian does not have: each test runs where its client can be imported.
 
 Neo, which Debian has, reads NWB only with pynwb. `PYTHONPATH=FOLDER… tests/readers/clients_test.py` runs it with

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Opens spike files with the software that users have: Neo, h5py, NumPy."""
 import glob
 import os

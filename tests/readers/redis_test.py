@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """A run as nodes of a BRAND graph read it: from a real Redis server, by redis-py, as BRAND's own nodes do.
 
 Entries follow BRAND's documents BRAND_spec (states) and DataSyncGuidelines (ts, sync)."""

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Reads sessions with an independent implementation of the format."""
 import json
 import os

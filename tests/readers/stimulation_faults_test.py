@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """An independent auditor of stimulation: it reads the commands as receivers do (stimulation_receivers.py), while the program and its
 two devices are stopped, starved, slowed, replugged, rebooted and restarted at random. It shares no code with merkel.
 

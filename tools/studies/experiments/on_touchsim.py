@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Repeats the experiments of `merkel score` on TouchSim's SA1 afferents, as far as it can run them.
 
 usage: /usr/bin/python3 tools/studies/experiments/on_touchsim.py [EXPERIMENT...]
