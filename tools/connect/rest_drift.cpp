@@ -4,28 +4,18 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <utility>
 
 #include <fmt/core.h>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "realtime/threads/thread_setup.hpp"
 #include "tools/exit_code.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/terminal_line.hpp"
 
 namespace merkel {
-namespace {
-
-/// That this thread has used.
-std::chrono::nanoseconds processor_time() {
-  timespec used{};
-  static_cast<void>(::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used));
-  return std::chrono::seconds{used.tv_sec} + std::chrono::nanoseconds{used.tv_nsec};
-}
-
-}  // namespace
 
 void RestDrift::add(double time_s, double value) {
   if (count_ > 0 && time_s >= second_ + 1.0) {
@@ -106,10 +96,10 @@ Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds, Laten
   std::size_t shown = 0;
   bool warm = false;
   while (!stopped && clock.now() < end) {
-    const auto before = processor_time();
+    const auto before = processor_time(::pthread_self());
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return unavailable(probe.error_message());
-    if (reads != nullptr && *count > 0) reads->record(processor_time() - before);
+    if (reads != nullptr && *count > 0) reads->record(processor_time(::pthread_self()) - before);
     for (std::size_t i = 0; i < *count; ++i) {
       const auto sample = readings.sample(i);
       if (!sample) continue;

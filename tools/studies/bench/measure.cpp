@@ -4,22 +4,16 @@
 #include <cmath>
 #include <vector>
 
-#include <time.h>
+#include "core/units.hpp"
+#include "realtime/threads/thread_setup.hpp"
 
 namespace merkel {
 namespace {
 
-/// Processor time of this thread, s.
-double thread_time_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 double seconds_of(const std::function<void()>& work, int repeats) {
-  const double begin = thread_time_s();
+  const auto begin = processor_time(::pthread_self());
   for (int i = 0; i < repeats; ++i) work();
-  return (thread_time_s() - begin) / repeats;
+  return units::s_from(processor_time(::pthread_self()) - begin) / repeats;
 }
 
 }  // namespace
