@@ -132,9 +132,7 @@ TEST(ElectrodeGroups, AFaultStopsThemAndTheirTurnGoesOn) {
 }
 
 TEST(ElectrodeGroups, AFaultOfAnotherPatchDoesNotStopThem) {
-  EncodedModel model = grid_model();
-  model.patches.push_back(model.patches[0]);
-  model.patch_of_probe = {0, 1};
+  const EncodedModel model = two_patch_model();
   EncodingParameters parameters = group_of(2);
   for (Electrode& each : parameters.electrodes) each.patch = 1;
   auto encoder = *StimulationEncoder::create(parameters, model);

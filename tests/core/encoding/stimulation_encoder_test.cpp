@@ -176,9 +176,7 @@ TEST_F(Pressed, ResetStartsAgain) {
 }
 
 TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
-  EncodedModel model = grid_model();
-  model.patches.push_back(model.patches[0]);
-  model.patch_of_probe = {0, 1};
+  const EncodedModel model = two_patch_model();
   auto second = electrode_at("E2", EncoderKind::kLinear, 15.0, 10.0, 3.0);
   second.patch = 1;
   auto encoder = *StimulationEncoder::create(
@@ -196,8 +194,7 @@ TEST(StimulationEncoder, StopsOnlyThePatchOfTheFault) {
 }
 
 TEST(StimulationEncoder, ADoubtedProbeSuspendsItsPatchAndNoOther) {
-  EncodedModel model = grid_model();
-  model.patches.push_back(model.patches[0]);
+  EncodedModel model = two_patch_model();
   model.patch_of_probe = {0, 0, 1};
   auto second = electrode_at("E2", EncoderKind::kLinear, 15.0, 10.0, 3.0);
   second.patch = 1;
@@ -300,9 +297,7 @@ TEST(StimulationEncoder, TheSpikesOfAGraspThatWasThereBeforeTheRunAreNoOnset) {
 }
 
 TEST(StimulationEncoder, OfSeveralGraspsThatWereThereBeforeTheRunNoneIsAnOnset) {
-  EncodedModel model = grid_model();
-  model.patches.push_back(model.patches[0]);
-  model.patch_of_probe = {0, 1};
+  const EncodedModel model = two_patch_model();
   auto of_second = electrode_at("E1", EncoderKind::kPulsePerSpike, 15.0, 10.0, 3.0);
   of_second.patch = 1;
   auto encoder = *StimulationEncoder::create(encoding_of({of_second}), model);

@@ -74,6 +74,14 @@ inline EncodedModel grid_model(std::chrono::nanoseconds tick = std::chrono::mill
   return model;
 }
 
+/// Two such patches, and a probe on each.
+inline EncodedModel two_patch_model() {
+  EncodedModel model = grid_model();
+  model.patches.push_back(model.patches[0]);
+  model.patch_of_probe = {0, 1};
+  return model;
+}
+
 inline Electrode electrode_at(const std::string& name, EncoderKind encoder, double x_mm,
                               double y_mm, double radius_mm) {
   Electrode electrode{.name = name};
