@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "tools/shell_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -54,21 +56,6 @@ std::string joined_by_spaces(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Text between single quotes. \param quote  what a quote in the text becomes
-std::string quoted(const std::string& text, std::string_view quote) {
-  std::string result = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      result += quote;
-    } else {
-      result += c;
-    }
-  }
-  return result + "'";
-}
-
-std::string posix(const std::string& text) { return quoted(text, R"('\'')"); }
-
 /// What follows an option or is an argument: words, or "=file" or "=value".
 std::string value_of(const CompletionRow& row) {
   if (!row.words.empty()) {
@@ -82,7 +69,7 @@ std::string shell_tables(const std::vector<CompletionRow>& rows, const char* dec
   std::string text =
       std::string(declare) + " _merkel_commands=() _merkel_options=() _merkel_values=()\n";
   const auto add = [&text](const char* table, const std::string& key, const std::string& line) {
-    text += std::string(table) + "[" + key + "]+=" + posix(line) + "$'\\n'\n";
+    text += std::string(table) + "[" + key + "]+=" + shell_quoted(line) + "$'\\n'\n";
   };
   for (const CompletionRow& row : rows) {
     const std::string described = row.word + ":" + row.help;
@@ -165,7 +152,7 @@ end
 complete -c merkel -f
 )sh";
 
-std::string fish_quoted(const std::string& text) { return quoted(text, R"(\')"); }
+std::string fish_quoted(const std::string& text) { return shell_quoted(text, R"(\')"); }
 
 std::string fish_script(const std::vector<CompletionRow>& rows) {
   std::string paths = "set -g __merkel_paths";

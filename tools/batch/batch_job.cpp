@@ -1,12 +1,10 @@
 #include "tools/batch/batch_job.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <set>
@@ -16,10 +14,9 @@
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/files/example_file.hpp"
-#include "drivers/files/input_file.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/output/spike_callback.hpp"
+#include "tools/batch/batch_identity.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/machine_facts.hpp"
@@ -34,46 +31,6 @@ namespace {
 const std::vector<std::string>& job_columns() {
   static const std::vector<std::string> columns = {"scene", "probe", "seed", "duration_s", "name"};
   return columns;
-}
-
-/// A hash of a file's content, which is read once while it does not change; empty without a file.
-std::string hash_of_file(const std::string& path) {
-  struct Known {
-    std::filesystem::file_time_type time;
-    std::uintmax_t size = 0;
-    std::string hash;
-  };
-  static std::map<std::string, Known> known;
-  std::error_code ignored;
-  // The run of a file that cannot be read says so.
-  if (!std::filesystem::is_regular_file(path, ignored)) return {};
-  ReadFiles::note(path);
-  const auto time = std::filesystem::last_write_time(path, ignored);
-  const std::uintmax_t size = std::filesystem::file_size(path, ignored);
-  Known& of_file = known[path];
-  if (of_file.hash.empty() || of_file.time != time || of_file.size != size) {
-    SpikeHash hash;
-    std::ifstream file(path, std::ios::binary);
-    std::string piece(std::size_t{1} << 20U, '\0');
-    while (file.good()) {
-      file.read(piece.data(), static_cast<std::streamsize>(piece.size()));
-      hash.add(piece.substr(0, static_cast<std::size_t>(file.gcount())));
-    }
-    of_file = {time, size, hash.text()};
-  }
-  return of_file.hash;
-}
-
-/// The URI of a probe; of a recording with its whole path and a hash of its content.
-std::string content_of(const std::string& probe) {
-  constexpr std::string_view kReplay = "replay:";
-  if (!probe.starts_with(kReplay)) return probe;
-  const std::size_t end = std::min(probe.find('?'), probe.size());
-  const std::string path =
-      path_or_example(Example::kTrace, probe.substr(kReplay.size(), end - kReplay.size()));
-  std::error_code ignored;
-  return std::filesystem::absolute(path, ignored).string() + probe.substr(end) + "#" +
-         hash_of_file(path);
 }
 
 /// The name of a preset, or the text of a scene file, read once.
@@ -117,18 +74,6 @@ void set_cell(const std::string& column, const std::string& cell, BatchJob& job)
   }
 }
 
-/// A word of a command, in quotes where the shell needs them.
-std::string shell_word(const std::string& text) {
-  const bool plain = !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("_-./:=,+").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 Json failure(const std::string& sentence) { return {{"status", "failed"}, {"error", sentence}}; }
 
 Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& models) {
@@ -155,52 +100,6 @@ Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& model
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 }  // namespace
-
-std::string batch_id(const BatchJob& job, const std::string& scene, const std::string& kept,
-                     const std::string& more) {
-  SpikeHash hash;
-  const auto all = {std::string(MERKEL_VERSION),
-                    std::string(kGitHash),
-                    scene,
-                    content_of(job.probe),
-                    job.seed ? std::to_string(*job.seed) : std::string(),
-                    job.duration_s ? shortest_decimal(*job.duration_s) : std::string(),
-                    kept,
-                    kept.empty() ? std::string() : job.name,
-                    more};
-  for (const std::string& each : all) hash.add(each);
-  for (const auto& [name, value] : job.overrides) {
-    hash.add(name);
-    hash.add(value);
-  }
-  return hash.text();
-}
-
-Expected<std::string, SetupError> kept_file(const BatchJob& job, const std::string& extension) {
-  constexpr std::size_t kMaxBytes = 200;
-  const std::string& name = job.name;
-  const bool fits = name.size() <= kMaxBytes && !name.starts_with('.') &&
-                    name.find_first_of("/?#&%|\\\"") == std::string::npos &&
-                    std::none_of(name.begin(), name.end(),
-                                 [](char c) { return static_cast<unsigned char>(c) < 0x20; });
-  const std::string file = (name.empty() ? job.id : name) + "." + extension;
-  if (fits && file != BatchKeep::kTable) return file;
-  return bad_input("the name \"" + name +
-                   "\" of a job cannot be that of its kept file: use at most 200 letters, digits, "
-                   "blanks, - and _, no dot at its start, and not results");
-}
-
-std::string command_of(const BatchJob& job) {
-  std::string text = "merkel run " + shell_word(job.scene) + " --fast";
-  const auto add = [&text](const std::string& option, const std::string& value) {
-    text += " " + option + " " + shell_word(value);
-  };
-  if (!job.probe.empty()) add("--probe", job.probe);
-  if (job.seed) add("--seed", std::to_string(*job.seed));
-  if (job.duration_s) add("--duration-s", shortest_decimal(*job.duration_s));
-  for (const auto& [name, value] : job.overrides) add("--set", name + "=" + value);
-  return text;
-}
 
 Expected<BatchKeep, SetupError> keep_in(const std::string& folder, const std::string& format) {
   const std::vector<std::pair<std::string, std::string>> known = {{"table", ""},    {"nwb", "nwb"},

@@ -44,21 +44,6 @@ struct BatchKeep {
 [[nodiscard]] Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table,
                                                                   const BatchKeep& keep);
 
-/// A hash of everything that determines the result of a job, the same for `merkel batch` and
-/// merkel.batch() in Python.
-/// \param scene  the name of a preset, or the whole text of a scene
-/// \param kept  format of the kept file; empty: none
-/// \param more  what only Python gives: the arrays of a press, a function that keeps
-[[nodiscard]] std::string batch_id(const BatchJob& job, const std::string& scene,
-                                   const std::string& kept, const std::string& more = {});
-
-/// The name of a job's kept file in the folder. Fails for a name that a file cannot have.
-[[nodiscard]] Expected<std::string, SetupError> kept_file(const BatchJob& job,
-                                                          const std::string& extension);
-
-/// The command that repeats a job.
-[[nodiscard]] std::string command_of(const BatchJob& job);
-
 /// The columns of the result table after those of the jobs.
 [[nodiscard]] const std::vector<std::string>& outcome_columns();
 

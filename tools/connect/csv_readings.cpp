@@ -52,7 +52,7 @@ std::vector<std::string> headings_of(const std::vector<std::string>& lines, cons
 }
 
 /// A column as far as the lines describe it.
-struct Column {
+struct ColumnInLines {
   std::string name;       ///< as in the option columns; empty: the unit is not stated
   std::string quantity;   ///< if the unit is not stated; empty: not stated either
   std::string key;        ///< what the rows call it; empty: nothing
@@ -60,8 +60,8 @@ struct Column {
   bool decimals = false;  ///< one of its numbers has some
 };
 
-std::vector<Column> described(const TextColumns& text, const std::vector<std::string>& headings,
-                              double seconds) {
+std::vector<ColumnInLines> described(const TextColumns& text,
+                                     const std::vector<std::string>& headings, double seconds) {
   std::vector<std::string> labels = text.keys;
   std::vector<std::string> units;
   for (const auto& fields : text.fields) {
@@ -71,14 +71,14 @@ std::vector<Column> described(const TextColumns& text, const std::vector<std::st
   }
   const std::vector<std::string> stated =
       headings.empty() ? csv_columns_of_labels(labels, units) : headings;
-  std::vector<Column> columns;
+  std::vector<ColumnInLines> columns;
   for (std::size_t i = 0; i < text.fields.size(); ++i) {
     const std::vector<CsvField>& fields = text.fields[i];
     std::vector<double> values;
     for (const CsvField& field : fields) {
       if (field.number) values.push_back(*field.number);
     }
-    Column column{.name = "-", .quantity = {}, .key = {}};
+    ColumnInLines column{.name = "-", .quantity = {}, .key = {}};
     if (!values.empty()) {
       column.value = values.back();
       column.decimals = std::any_of(fields.begin(), fields.end(),
@@ -106,7 +106,7 @@ bool fits_uri(const std::string& key) {
 }
 
 /// A column in the option columns, with its key if the name does not tell.
-std::string entry_of(const Column& column, const std::string& name) {
+std::string entry_of(const ColumnInLines& column, const std::string& name) {
   const std::string_view stem = std::string_view(name).substr(0, name.rfind('_'));
   const bool told = column.key.empty() || name == "-" || column.key == name || column.key == stem ||
                     csv_quantity_of(column.key) == stem || !fits_uri(column.key);
@@ -114,10 +114,10 @@ std::string entry_of(const Column& column, const std::string& name) {
 }
 
 /// Unnamed columns of numbers with decimals: the forces of a hand, if there are several.
-std::vector<std::size_t> unnamed_measurements(const std::vector<Column>& columns) {
+std::vector<std::size_t> unnamed_measurements(const std::vector<ColumnInLines>& columns) {
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const Column& column = columns[i];
+    const ColumnInLines& column = columns[i];
     if (column.name.empty() && column.quantity.empty() && column.decimals) places.push_back(i);
   }
   return places;
@@ -125,7 +125,7 @@ std::vector<std::size_t> unnamed_measurements(const std::vector<Column>& columns
 
 /// Unnamed columns beside each other: the taxels of an array, if there are many. Empty: they are
 /// not beside each other.
-std::vector<std::size_t> unnamed_taxels(const std::vector<Column>& columns) {
+std::vector<std::size_t> unnamed_taxels(const std::vector<ColumnInLines>& columns) {
   std::vector<std::size_t> places;
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (!columns[i].name.empty() || !columns[i].quantity.empty()) continue;
@@ -144,13 +144,13 @@ bool is_measured(std::string_view name) {
 
 /// The names of the columns if forces without a unit are in `force_unit`, and the first column
 /// without a name is `unnamed`.
-std::vector<std::string> names_with(const std::vector<Column>& columns, const std::string& unnamed,
-                                    const std::string& force_unit) {
+std::vector<std::string> names_with(const std::vector<ColumnInLines>& columns,
+                                    const std::string& unnamed, const std::string& force_unit) {
   std::vector<std::string> names;
-  bool measures = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
+  bool measures = std::any_of(columns.begin(), columns.end(), [](const ColumnInLines& column) {
     return is_measured(column.name) || is_measured(column.quantity);
   });
-  for (const Column& column : columns) {
+  for (const ColumnInLines& column : columns) {
     std::string name = column.name;
     if (name.empty()) {
       const std::string quantity = column.quantity.empty() && !measures ? unnamed : column.quantity;
@@ -165,7 +165,8 @@ std::vector<std::string> names_with(const std::vector<Column>& columns, const st
 }
 
 /// The only press of a device is its force or depth, whatever it is called.
-void name_the_only_press(const std::vector<Column>& columns, std::vector<std::string>& names) {
+void name_the_only_press(const std::vector<ColumnInLines>& columns,
+                         std::vector<std::string>& names) {
   std::size_t only = names.size();
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_measured(names[i])) continue;
@@ -178,7 +179,7 @@ void name_the_only_press(const std::vector<Column>& columns, std::vector<std::st
   names[only] = (column->force ? "force" : "depth") + names[only].substr(names[only].rfind('_'));
 }
 
-Reading reading_of(const std::vector<Column>& columns, std::vector<std::string> names,
+Reading reading_of(const std::vector<ColumnInLines>& columns, std::vector<std::string> names,
                    const std::string& style) {
   name_the_only_press(columns, names);
   std::vector<std::string> entries;
@@ -238,7 +239,7 @@ std::vector<Reading> readings_of_lines(std::vector<std::string> lines, double se
       if (std::any_of(names.begin(), names.end(), is_measured)) push(names);
     };
     // No fingertip bears more: such a number is likelier in grams.
-    const bool heavy = std::any_of(columns.begin(), columns.end(), [](const Column& column) {
+    const bool heavy = std::any_of(columns.begin(), columns.end(), [](const ColumnInLines& column) {
       return column.name.empty() && std::fabs(column.value) > kHardPress_N;
     });
     const auto taxels = unnamed_taxels(columns);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -10,19 +9,16 @@
 
 #include <fmt/core.h>
 
-#include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/afferent_summary.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/device_summary.hpp"
-#include "tools/run/force_and_depth.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/silence.hpp"
+#include "tools/run/touch_summary.hpp"
 #include "tools/run/verdict.hpp"
-#include "tools/scene/contact_sentence.hpp"
-#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -71,33 +67,6 @@ void add_handover(Json& json, const Handover& counts) {
   for (const auto& [name, count] : counts) json[std::string(name)] = count;
 }
 
-double area_mm2(const ContactState& contact) {
-  return std::numbers::pi * contact.contact_radius_mm * contact.contact_radius_mm;
-}
-
-/// Quantities that the contact does not have, such as the radius of a flat tip, are null.
-Json press_json(const Press& press, const TactileModel& model, std::size_t indenter) {
-  const Indenter& tip = model.parameters().indenters[indenter];
-  const bool round = press.contact.touching() && tip.sphere() != nullptr;
-  const ContactValidity validity =
-      round ? validity_of(press.contact, model.parameters().skin, tip.sphere()->radius_mm)
-            : ContactValidity{};
-  const auto if_true = [](bool exists, double value) { return exists ? Json(value) : Json(); };
-  return {{"depth_mm", press.contact.depth_mm},
-          {"x_mm", press.x_mm},
-          {"y_mm", press.y_mm},
-          {"contact_radius_mm", if_true(round, press.contact.contact_radius_mm)},
-          {"contact_area_mm2", if_true(press.contact.touching(), area_mm2(press.contact))},
-          {"force_N", units::N_from_mN(press.contact.force_mN)},
-          {"peak_pressure_kPa", if_true(press.contact.touching(), press.contact.peak_pressure_kPa)},
-          {"radius_ratio", if_true(round, validity.radius_ratio)},
-          {"sphere_force_error", if_true(round, validity.sphere_force_error)},
-          {"layer_ratio", if_true(round, validity.layer_ratio)},
-          {"layer_force_error", if_true(round, validity.layer_force_error)},
-          {"valid", round ? Json(validity.within) : Json()},
-          {"validity", press.touching() ? Json(contact_sentence(press, model, indenter)) : Json()}};
-}
-
 Json plan_part(const Plan& plan, const RunReport& report) {
   return {{"method", name_of(plan.chosen.method)},
           {"precision", name_of(plan.chosen.precision)},
@@ -106,14 +75,6 @@ Json plan_part(const Plan& plan, const RunReport& report) {
           {"predicted_error_us", plan.chosen.measured() ? Json(plan.chosen.error_us()) : Json()},
           {"predicted_tick_us", plan.chosen.tick_us},
           {"measured_tick_us", measured_tick_us(report)}};
-}
-
-Json both_json(const std::optional<ForceAndDepth>& both) {
-  if (!both) return {};
-  return {{"force_N", both->force_N},
-          {"depth_mm", both->depth_mm},
-          {"model_force_N", both->model_force_N},
-          {"ratio", both->ratio()}};
 }
 
 Json timing_json(const RunReport::ProbeReport& probe) {
@@ -143,63 +104,6 @@ std::string decimation_text(const RunReport::ProbeReport& probe, const RunReport
   return fmt::format(
       "  {:.3g} samples in a tick: {}\n", samples,
       mean ? "their mean is used" : "the last is used ([probe] decimate = \"mean\" averages them)");
-}
-
-/// "thumb" if patches have names, else "probe 2"; empty if it is the only one.
-std::string name_of_probe(const TactileModel& model, std::size_t probe) {
-  const TactileModel::Parameters& scene = model.parameters();
-  if (scene.indenters.size() == 1) return {};
-  const std::string& patch = scene.patches[scene.indenters[probe].patch].name;
-  const auto on_patch = std::count_if(
-      scene.indenters.begin(), scene.indenters.end(),
-      [&](const Indenter& each) { return each.patch == scene.indenters[probe].patch; });
-  const std::string number = "probe " + std::to_string(probe + 1);
-  if (patch.empty()) return number + ": ";
-  return on_patch == 1 ? patch + ": " : patch + ", " + number + ": ";
-}
-
-/// What drove the model, and whether its afferents are fitted to such a press.
-std::string drive_text(const Press& press, const Indenter& tip, std::string_view preset) {
-  const bool force = tip.control == Indenter::Control::kForce;
-  std::string text = force ? "\n  driven by its force" : "\n  driven by its depth";
-  const auto fitted_N = fitted_forces_N(preset);
-  if (!fitted_N || tip.taxels() != nullptr) return text + "\n";
-  const double force_N = units::N_from_mN(press.contact.force_mN);
-  const bool within = force_N >= (*fitted_N)[0] && force_N <= (*fitted_N)[1];
-  return text + fmt::format("; the afferents are fitted to spheres pressed with {:g} to {:g} N{}\n",
-                            (*fitted_N)[0], (*fitted_N)[1],
-                            within ? "" : ": beyond, their rates are an extrapolation");
-}
-
-/// The deepest press of a probe.
-std::string touch_text(const RunReport& report, const TactileModel& model, std::size_t probe,
-                       std::string_view preset) {
-  const Press& press = model.deepest()[probe];
-  const std::string name = name_of_probe(model, probe);
-  if (!press.touching()) return name + "never touched the skin\n";
-  const double force_N = units::N_from_mN(press.contact.force_mN);
-  const std::string law = drive_text(press, model.parameters().indenters[probe], preset) +
-                          "  contact law: " + contact_sentence(press, model, probe) + "\n";
-  if (model.parameters().indenters[probe].taxels() != nullptr) {
-    return name +
-           fmt::format(
-               "hardest press {:.4g} N on {:.4g} mm² of taxels, highest pressure {:.4g} kPa",
-               force_N, area_mm2(press.contact), press.contact.peak_pressure_kPa) +
-           law;
-  }
-  std::string text =
-      name + fmt::format("deepest press {:.4g} mm at ({:.4g}, {:.4g}) mm: force {:.4g} N",
-                         press.contact.depth_mm, press.x_mm, press.y_mm, force_N);
-  if (press.contact.touching()) {
-    text += fmt::format(", contact radius {:.4g} mm, peak pressure {:.4g} kPa",
-                        press.contact.contact_radius_mm, press.contact.peak_pressure_kPa);
-  }
-  if (const auto both = force_and_depth(report.probes[probe], model, probe)) {
-    text += fmt::format(
-        "\n  measured there: {:.4g} N at {:.4g} mm, for which the model gives {:.4g} N: ratio {:.2f}",
-        both->force_N, both->depth_mm, both->model_force_N, both->ratio());
-  }
-  return text + law;
 }
 
 /// How the readings of a probe came.
@@ -277,15 +181,14 @@ std::string summary_json(const RunReport& report, const TactileModel& model, con
   Json probes = Json::array();
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
     const RunReport::ProbeReport& probe = report.probes[i];
-    const Press& press = model.deepest()[i];
     Json json = {{"uri", probe.uri}};
     add_handover(json, counts_of(probe));
     json["samples_per_tick"] = samples_per_tick(probe, report);
     json["decimate"] = name_of(probe.decimate);
     json["timing"] = timing_json(probe);
     json["device"] = device_json(probe.shares_device ? std::nullopt : probe.device);
-    json["force_and_depth"] = both_json(force_and_depth(probe, model, i));
-    json["deepest_press"] = press_json(press, model, i);
+    json["force_and_depth"] = both_json(report, model, i);
+    json["deepest_press"] = press_json(model, i);
     probes.push_back(std::move(json));
   }
   Json sinks = Json::array();

@@ -101,15 +101,26 @@ struct Preset {
   const char* name;
   Scene (*make)();
   const char* meaning;
+  bool fitted = false;  ///< to spheres pressed with kFittedForces_N
 };
+
+/// The two forces of the recorded curvatures in `merkel score`.
+constexpr std::array kFittedForces_N = {0.098, 0.196};
 
 constexpr Preset kPresets[] = {
     {"paper", paper, "20 coupled afferents under a sphere: the fingertip of Yao & Wang 2019"},
     {"paper-wide", paper_wide, "the same with the wide transduction of the paper's Figs 6 and 7"},
-    {"goodwin", goodwin, "450 afferents of a curved fingertip, fitted to recordings"},
+    {"goodwin", goodwin, "450 afferents of a curved fingertip, fitted to recordings", true},
     {"finger", finger,
-     "goodwin on skin as soft as the mean of four human fingerpads, with deeper receptors"},
+     "goodwin on skin as soft as the mean of four human fingerpads, with deeper receptors", true},
     {"hand", hand, "five fingertips and a palm: 4250 afferents, six probes"}};
+
+/// Null if there is none.
+const Preset* preset_named(std::string_view name) {
+  const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
+                                         [name](const Preset& p) { return name == p.name; });
+  return found == std::end(kPresets) ? nullptr : found;
+}
 
 /// True for a name without a folder or extension, unless such a file exists.
 bool is_mistyped_name(const std::string& name) {
@@ -127,9 +138,8 @@ std::string retired_preset(std::string_view name) {
 }
 
 std::optional<Scene> preset_scene(std::string_view name) {
-  const auto* const found = std::find_if(std::begin(kPresets), std::end(kPresets),
-                                         [name](const Preset& p) { return name == p.name; });
-  if (found == std::end(kPresets)) return std::nullopt;
+  const Preset* const found = preset_named(name);
+  if (found == nullptr) return std::nullopt;
   Scene scene = found->make();
   scene.preset = name;
   scene.text = "preset = \"" + std::string(name) + "\"\n";
@@ -137,9 +147,9 @@ std::optional<Scene> preset_scene(std::string_view name) {
 }
 
 std::optional<std::array<double, 2>> fitted_forces_N(std::string_view preset) {
-  // The two forces of the recorded curvatures in `merkel score`.
-  if (preset == "goodwin" || preset == "finger") return std::array{0.098, 0.196};
-  return std::nullopt;
+  const Preset* const found = preset_named(preset);
+  if (found == nullptr || !found->fitted) return std::nullopt;
+  return kFittedForces_N;
 }
 
 const std::vector<std::string>& preset_names() {

@@ -9,7 +9,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "tools/batch/batch_job.hpp"
+#include "tools/batch/batch_identity.hpp"
 #include "tools/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
@@ -177,7 +177,7 @@ PYBIND11_MODULE(_merkel, module) {
                          .overrides = overrides},
                         scene, kept, more);
       },
-      "batch_id() of tools/batch/batch_job.hpp.");
+      "batch_id() of tools/batch/batch_identity.hpp.");
   module.def(
       "_batch_command",
       [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
@@ -188,13 +188,13 @@ PYBIND11_MODULE(_merkel, module) {
                            .duration_s = duration_s,
                            .overrides = overrides});
       },
-      "command_of() of tools/batch/batch_job.hpp.");
+      "command_of() of tools/batch/batch_identity.hpp.");
   module.def(
       "_kept_file",
       [](const std::string& id, const std::string& name, const std::string& extension) {
         return or_throw(kept_file({.id = id, .scene = {}, .name = name}, extension));
       },
-      "kept_file() of tools/batch/batch_job.hpp.");
+      "kept_file() of tools/batch/batch_identity.hpp.");
   add_scene_class(module);
   add_run(module);
   add_output(module);
