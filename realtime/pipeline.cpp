@@ -425,6 +425,7 @@ void Pipeline::Parts::finish(RunReport& report) {
   report.largest_delay = delays.longest();
   report.simulated = simulated_in(report, model.parameters().tick);
   sinks.finish(report, parameters.ending_patience, end_now);
+  sinks.take_notices(parameters.on_notice);
 }
 
 RunCounters Pipeline::Parts::counters() const {

@@ -12,6 +12,7 @@
 
 #include "core/units.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/run_control.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "realtime/threads/spinning_team.hpp"
@@ -341,6 +342,34 @@ TEST(Pipeline, ProbesShareOneTimeBase) {
   EXPECT_EQ(report->probes[1].counts.used, 201U);
   EXPECT_GT(report->spikes_of_neuron[6], 0U);
   EXPECT_GT(report->spikes_of_neuron[13], 0U);
+}
+
+TEST(Pipeline, WhatASinkReportsAtItsEndReachesTheUser) {
+  class LastWordSink final : public Sink {
+   public:
+    [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+    void attach(RunControl& control) override { control_ = &control; }
+    Expected<void, SinkError> write(const RecordBatch& /*batch*/) override { return {}; }
+    Expected<void, SinkError> close() override {
+      control_->notice("the last word");
+      return {};
+    }
+    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+
+   private:
+    std::string uri_ = "last:";
+    RunControl* control_ = nullptr;
+  };
+  auto model = TactileModel::create({});
+  ASSERT_TRUE(model);
+  std::vector<std::string> notices;
+  Pipeline pipeline(*model, {.fast = true, .on_notice = [&](const std::string& notice) {
+                               notices.push_back(notice);
+                             }});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(press(100), 7), {});
+  pipeline.add_sink(std::make_unique<LastWordSink>());
+  ASSERT_TRUE(pipeline.run());
+  EXPECT_EQ(notices, std::vector<std::string>{"the last word"});
 }
 
 TEST(Pipeline, ALiveProbeServesEveryKindOfConsumerAtOnce) {
