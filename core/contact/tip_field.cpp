@@ -24,6 +24,18 @@ PressedTip at_one_depth(PressedTip tip, double depth_mm) {
 /// The fields of past and present models.
 class FieldStore {
  public:
+  FieldStore() = default;
+  /// With the fields that another one keeps, unless a thread is using that one.
+  FieldStore(FieldStore& other) {
+    const std::unique_lock lock(other.entries_mutex_, std::try_to_lock);
+    if (!lock) return;
+    for (const auto& each : other.entries_) {
+      if (!each->kept) continue;
+      entries_.push_back(std::make_shared<Entry>(each->indenter, each->skin));
+      entries_.back()->known = entries_.back()->kept = each->kept;
+    }
+  }
+
   std::shared_ptr<const TipField> field_of(const Indenter& indenter, SkinParameters skin) {
     skin.apex.reset();  // fields count from the tip's axis
     const std::shared_ptr<Entry> entry = entry_of(indenter, skin);
@@ -80,14 +92,20 @@ class FieldStore {
   std::list<std::shared_ptr<Entry>> entries_;
 };
 
+/// Never destroyed: threads may still make models while the process ends.
+FieldStore*& store_of_process() {
+  static auto* store = new FieldStore;
+  return store;
+}
+
 }  // namespace
 
 std::shared_ptr<const TipField> TipField::shared(const Indenter& indenter,
                                                  const SkinParameters& skin) {
-  // Never destroyed: threads may still make models while the process ends.
-  static auto* const store = new FieldStore;
-  return store->field_of(indenter, skin);
+  return store_of_process()->field_of(indenter, skin);
 }
+
+void TipField::shared_after_fork() { store_of_process() = new FieldStore(*store_of_process()); }
 
 std::size_t TipField::bytes() const noexcept {
   return press_.tables.size() * press_.grid.pixels() * (sizeof(GridNode) + sizeof(EnergyNode));

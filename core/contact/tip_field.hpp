@@ -32,6 +32,9 @@ class TipField {
   /// while all that are kept take at most 1 GB. Thread-safe. Real-time: no.
   [[nodiscard]] static std::shared_ptr<const TipField> shared(const Indenter& indenter,
                                                               const SkinParameters& skin);
+  /// For a forked process, which has none of the threads that may be solving a field: nobody waits
+  /// for them.
+  static void shared_after_fork();
 
   /// Stress and displacement at a point, by cubic interpolation in both directions.
   [[nodiscard]] SkinField at(double x_mm, double y_mm,

@@ -313,6 +313,30 @@ for _ in range(5):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.split(), ["7"] * 5, done.stderr)
 
+    def test_a_fork_solves_a_tip_that_a_thread_of_its_parent_was_solving(self):
+        done = run_python("""
+import signal, threading
+present = 0
+def prepare(k):
+    merkel.Scene("goodwin", overrides={"probe.radius_mm": 3 + k / 64}).stream()
+def prepare_all():
+    global present
+    for present in range(1000):
+        prepare(present)
+threading.Thread(target=prepare_all, daemon=True).start()
+for _ in range(8):
+    time.sleep(0.1)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(30)
+        prepare(present)
+        os._exit(7)
+    _, status = os.waitpid(child, 0)
+    print(os.waitstatus_to_exitcode(status), flush=True)
+os._exit(0)
+""")
+        self.assertEqual(done.stdout.split(), ["7"] * 8, done.stderr)
+
     def test_exit_without_stop_ends_the_run_and_its_files(self):
         with tempfile.TemporaryDirectory(prefix="merkel-") as folder:
             file = os.path.join(folder, "s.xdf")

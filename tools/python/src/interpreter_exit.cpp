@@ -9,6 +9,8 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include "core/contact/tip_field.hpp"
+
 namespace merkel::python {
 namespace {
 
@@ -37,7 +39,10 @@ void end_runs() {
 void end_runs_at_exit() {
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&end_runs));
   // A fork has one thread, which has the GIL.
-  ::pthread_atfork(nullptr, nullptr, [] { asking.store(0); });
+  ::pthread_atfork(nullptr, nullptr, [] {
+    asking.store(0);
+    TipField::shared_after_fork();
+  });
 }
 
 LiveRun::LiveRun(std::function<void()> end) {
