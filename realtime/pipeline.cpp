@@ -76,6 +76,7 @@ struct Pipeline::Parts {
   void set_origin(nanoseconds start);
   void follow_switch(RunReport& report);
   void drain_events(RunReport& report);
+  void report_uncertain_zero(std::size_t probe);
   void report_ceiling();
   void report_catch_up(nanoseconds elapsed);
   void finish(RunReport& report);
@@ -366,8 +367,17 @@ void Pipeline::Parts::drain_events(RunReport& report) {
   while (events.try_pop(event)) {
     if (event.kind == LoopEvent::Kind::kRelease) ++report.probes[event.subject].releases;
     if (parameters.on_event) parameters.on_event(event);
+    if (event.kind == LoopEvent::Kind::kZeroUncertain) report_uncertain_zero(event.subject);
   }
   probes.take_notices(parameters.on_notice);
+}
+
+void Pipeline::Parts::report_uncertain_zero(std::size_t probe) {
+  const ProbeInfo& info = probes.info(probe);
+  if (info.replayed || !parameters.on_notice) return;
+  parameters.on_notice(info.name +
+                       ": its zero is uncertain: its force may be drift, and stimulation is "
+                       "suspended; lift the probe, or tare it (in the live page)");
 }
 
 void Pipeline::Parts::report_ceiling() {

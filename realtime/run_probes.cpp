@@ -77,6 +77,10 @@ const ProbeInfo& RunProbes::Route::info() const noexcept {
   return device->probe->outputs()[output];
 }
 
+const ProbeInfo& RunProbes::info(std::size_t probe) const noexcept {
+  return routes_[probe]->info();
+}
+
 std::size_t RunProbes::queue_bytes(const ProbeInfo& probe) {
   return queue_capacity(probe) * (sizeof(ReadingHead) + columns_of(probe).width() * sizeof(double));
 }
@@ -301,8 +305,7 @@ std::vector<RunProgress::ProbeProgress> RunProbes::readings() const {
          .state = route->channel.state.load(std::memory_order_relaxed),
          .name = route->info().name,
          .live = !route->info().replayed,
-         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)},
-         .zero_uncertain = route->channel.zero_uncertain.load(std::memory_order_relaxed)});
+         .touch = nanoseconds{route->channel.touch_ns.load(std::memory_order_relaxed)}});
   }
   return readings;
 }

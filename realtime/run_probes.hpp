@@ -40,6 +40,8 @@ class RunProbes {
   /// Whether each number up to size() has a probe.
   [[nodiscard]] bool complete() const noexcept;
   /// The device of a probe. Thread: any, after the start.
+  /// What a probe is, as its device describes it.
+  [[nodiscard]] const ProbeInfo& info(std::size_t probe) const noexcept;
   [[nodiscard]] Probe& device_of(std::size_t probe) const {
     return *routes_.at(probe)->device->probe;
   }

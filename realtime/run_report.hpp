@@ -114,7 +114,6 @@ struct RunProgress {
     std::string name = {};              ///< for display
     bool live = false;                  ///< a device
     std::chrono::nanoseconds touch{0};  ///< the length of the touch so far; 0: none
-    bool zero_uncertain = false;        ///< that touch may be drift
   };
   std::vector<ProbeProgress> probes;
   std::chrono::nanoseconds wall{0};  ///< since the simulation began

@@ -100,8 +100,6 @@ ProbeInput::Reading ProbeInput::at(std::chrono::nanoseconds time) noexcept {
   channel_.touch_ns.store(touches ? (time - *touch_began_).count() : 0, std::memory_order_relaxed);
   channel_.depth_mm.store(reading.contact.depth_mm, std::memory_order_relaxed);
   channel_.force_mN.store(reading.contact.force_mN, std::memory_order_relaxed);
-  channel_.zero_uncertain.store((reading.doubts & ProbeSample::kZeroUncertain) != 0U,
-                                std::memory_order_relaxed);
   channel_.state.store(reading.state, std::memory_order_relaxed);
   return reading;
 }

@@ -68,7 +68,6 @@ struct ProbeQueue {
   std::atomic<double> depth_mm{0.0};
   std::atomic<double> force_mN{0.0};
   std::atomic<std::int64_t> touch_ns{0};  ///< the length of the touch so far; 0: none
-  std::atomic<bool> zero_uncertain{false};
   std::atomic<TickRecord::State> state{TickRecord::State::kFollowing};
   Counter released_ticks;  ///< readings without contact because the probe was silent for too long
 };

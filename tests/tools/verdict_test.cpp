@@ -216,21 +216,6 @@ TEST(Verdict, AnUncertainZeroIsNamed) {
   EXPECT_FALSE(run.failed_strictly);
 }
 
-TEST(EndlessTouch, AnUncertainZeroIsNamedOnceInEachTouch) {
-  EndlessTouch endless;
-  RunProgress progress;
-  progress.probes = {{.name = "gauge", .live = true}};
-  const auto said = [&](bool uncertain) {
-    progress.probes[0].zero_uncertain = uncertain;
-    return endless.sentences(progress).size();
-  };
-  EXPECT_EQ(said(false), 0U);
-  EXPECT_EQ(said(true), 1U);
-  EXPECT_EQ(said(true), 0U);
-  EXPECT_EQ(said(false), 0U);
-  EXPECT_EQ(said(true), 1U);
-}
-
 TEST(Verdict, AForceThatNoFingerBearsIsNamed) {
   const Outcome run = of_device([](RunReport::ProbeReport& probe) {
     probe.press_range.most_force_mN = 20'000.0;

@@ -11,14 +11,12 @@ namespace merkel {
 /// Nothing presses a probe for longer without letting go: its zero is wrong.
 inline constexpr std::chrono::seconds kEndlessTouch{60};
 
-/// Names the devices whose touch does not end, and those whose zero is uncertain, once in each such
-/// touch, while a run lasts.
+/// Names the devices whose touch does not end, once in each such touch, while a run lasts.
 class EndlessTouch {
  public:
   [[nodiscard]] std::vector<std::string> sentences(const RunProgress& progress) {
     std::vector<std::string> sentences;
     reported_.resize(progress.probes.size());
-    uncertain_.resize(progress.probes.size());
     for (std::size_t i = 0; i < reported_.size(); ++i) {
       const RunProgress::ProbeProgress& probe = progress.probes[i];
       const bool endless = probe.live && probe.touch >= kEndlessTouch;
@@ -29,19 +27,12 @@ class EndlessTouch {
                             "contact_N above its offset");
       }
       reported_[i] = endless;
-      if (probe.live && probe.zero_uncertain && !uncertain_[i]) {
-        sentences.push_back(probe.name +
-                            ": its zero is uncertain: its force may be drift, and stimulation is "
-                            "suspended; lift the probe, or tare it (in the live page)");
-      }
-      uncertain_[i] = probe.zero_uncertain;
     }
     return sentences;
   }
 
  private:
   std::vector<bool> reported_;  ///< by probe
-  std::vector<bool> uncertain_;
 };
 
 }  // namespace merkel
