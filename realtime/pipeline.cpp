@@ -14,6 +14,7 @@
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
+#include "realtime/input/drive_input.hpp"
 #include "realtime/loop/fixed_step_loop.hpp"
 #include "realtime/output/fanout.hpp"
 #include "realtime/output/run_watch.hpp"
@@ -89,6 +90,7 @@ struct Pipeline::Parts {
   Fanout fanout;
   LoopStatistics statistics;
   BoundedQueue<LoopEvent> events{kEventQueue};
+  DriveInput drives;
   SharedOrigin origin;
   RunStatus::Rights rights;
   std::atomic<bool> rights_known{false};  ///< set after `rights`
@@ -134,6 +136,8 @@ void Pipeline::request_stop_now() noexcept {
   parts_->end_now.store(true, std::memory_order_relaxed);
   request_stop();
 }
+
+bool Pipeline::give_drive(const GivenDrive& drive) { return parts_->drives.give(drive); }
 
 StimulationSwitch& Pipeline::stimulation() noexcept { return parts_->watch.stimulation(); }
 
@@ -269,6 +273,7 @@ void Pipeline::Parts::simulate(C& clock, RunReport& report, HostTimeReport& host
                          .max_catch_up_ticks = parameters.max_catch_up_ticks.value_or(
                              all_replayed ? INT64_MAX : kLiveCatchUp),
                          .encoder = parameters.encoder,
+                         .drives = &drives,
                          .without_gate = parameters.fast,
                          .timings = parameters.timings},
                         clock, model, probes.inputs(), fanout, statistics, events);
@@ -441,7 +446,8 @@ void Pipeline::Parts::finish(RunReport& report) {
 RunCounters Pipeline::Parts::counters() const {
   RunCounters counters = statistics.snapshot();
   counters.spikes_dropped = fanout.dropped<SpikeEvent>();
-  counters.commands_dropped = fanout.dropped<StimulationCommand>() + fanout.dropped<SentCommand>();
+  counters.commands_dropped = fanout.dropped<StimulationCommand>() + fanout.dropped<SentCommand>() +
+                              fanout.dropped<GivenDrive>();
   counters.commands_refused = fanout.refused();
   watch.add_to(counters);
   const bool host_time = rights_known.load(std::memory_order_acquire);

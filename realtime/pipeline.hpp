@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "core/records/given_drive.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/run_counters.hpp"
 #include "core/records/run_status.hpp"
@@ -91,6 +92,11 @@ class Pipeline {
   /// Stops the stimulation of the run by hand, and starts it again. Safe to use from any thread or
   /// a signal handler.
   [[nodiscard]] StimulationSwitch& stimulation() noexcept;
+
+  /// Gives an electrode whose encoder is `own`, and its group, a drive from the next tick on; it
+  /// must be renewed within the watchdog. False if the loop does not take them: it has not begun,
+  /// or is over. Its time is ignored. Thread: any.
+  [[nodiscard]] bool give_drive(const GivenDrive& drive);
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept;
   /// All counters so far. Thread: any, once the run has started.

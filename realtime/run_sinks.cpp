@@ -99,6 +99,7 @@ bool RunSinks::is_produced(const Sink& sink) const noexcept {
   if constexpr (std::is_same_v<Record, SentCommand>) {
     return run_.commands && (sink.receives_commands() || !run_.fast);
   }
+  if constexpr (std::is_same_v<Record, GivenDrive>) return run_.commands;
   return run_.arrays || !std::is_same_v<Record, TaxelBlock>;
 }
 

@@ -282,6 +282,26 @@ void EncodingParameters::join_groups() {
   }
 }
 
+Expected<GivenDrive, std::string> EncodingParameters::own_drive(std::string_view name,
+                                                                double amplitude,
+                                                                double frequency) const {
+  const auto found = std::find_if(electrodes.begin(), electrodes.end(), [&](const Electrode& each) {
+    return each.name == name && each.encoder == EncoderKind::kOwn;
+  });
+  if (found == electrodes.end()) {
+    return Unexpected<std::string>("the scene has no electrode \"" + std::string(name) +
+                                   "\" with encoder = \"own\": set that in its [[electrode]] or "
+                                   "[[electrode_group]]");
+  }
+  if (!std::isfinite(amplitude) || !std::isfinite(frequency)) {
+    return Unexpected<std::string>("the drive of " + found->name +
+                                   " is not a finite number: give 0 (off) to 1 (strongest)");
+  }
+  return GivenDrive{.amplitude = amplitude,
+                    .frequency = frequency,
+                    .electrode = static_cast<std::uint16_t>(found - electrodes.begin())};
+}
+
 Expected<void, ParameterError> EncodingParameters::check() const {
   ParameterCheck check;
   if (electrodes.empty()) {

@@ -12,6 +12,7 @@
 #include "core/encoding/stimulator_profile.hpp"
 #include "core/parameters/field.hpp"
 #include "core/parameters/parameter_error.hpp"
+#include "core/records/given_drive.hpp"
 
 namespace merkel {
 
@@ -137,6 +138,10 @@ struct EncodingParameters {
   StimulatorProfile stimulator;  ///< without a name: none
 
   [[nodiscard]] std::size_t members(std::size_t group) const noexcept;
+  /// A drive for the electrode of a name, whose encoder is `own`. Fails with a sentence if there is
+  /// no such electrode, or the drive is no number.
+  [[nodiscard]] Expected<GivenDrive, std::string> own_drive(std::string_view name, double amplitude,
+                                                            double frequency) const;
   /// Gives the electrodes of groups the settings of their groups.
   void join_groups();
   /// Fails with the first invalid value, or if an electrode's own range exceeds a limit.

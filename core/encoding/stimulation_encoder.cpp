@@ -173,12 +173,19 @@ void StimulationEncoder::reset() noexcept {
   activity_.reset();
   touch_.reset();
   group_pulses_.reset();
-  std::fill(own_.begin(), own_.end(), Drive{});
+  std::fill(own_.begin(), own_.end(), OwnDrive{});
   std::fill(stop_of_patch_.begin(), stop_of_patch_.end(), Stop::kNone);
   last_end_.reset();
   heartbeat_ = 0;
   stops_ = 0;
   latched_ = Stop::kNone;
+}
+
+void StimulationEncoder::set_drive(const GivenDrive& given) noexcept {
+  if (given.electrode >= parameters_.electrodes.size()) return;
+  own_[encoding_.of_electrode[given.electrode]] = {
+      {.amplitude = given.amplitude, .frequency = given.frequency},
+      given.time + parameters_.stimulation.watchdog};
 }
 
 std::span<const StimulationCommand> StimulationEncoder::step(const Tick& tick) noexcept {
@@ -333,7 +340,12 @@ void StimulationEncoder::update(std::span<StimulationCommand> commands) noexcept
                .kind = Kind::kUpdate,
                .stop = stop};
     if (stop != Stop::kNone) continue;
-    const Drive wanted = drive(encoding_.of_electrode[e]);
+    const std::size_t source = encoding_.of_electrode[e];
+    if (electrode.encoder == EncoderKind::kOwn && *last_end_ >= own_[source].valid_until) {
+      command.stop = Stop::kNoDrive;
+      continue;
+    }
+    const Drive wanted = drive(source);
     if (wanted.amplitude <= 0.0) continue;
     command.frequency_Hz = within(electrode.frequency_Hz, wanted.frequency);
     command.amplitude_uA = within(electrode.amplitude_uA, wanted.amplitude);

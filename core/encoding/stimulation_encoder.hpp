@@ -16,6 +16,7 @@
 #include "core/encoding/stimulation_limiter.hpp"
 #include "core/encoding/stimulator_profile.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/given_drive.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
@@ -51,12 +52,10 @@ class StimulationEncoder {
   /// Switches everything off and clears the history. Real-time: yes.
   void reset() noexcept MERKEL_REALTIME;
 
-  /// The drive of an electrode whose encoder is `own`, and of its group, from the next update on: 0
-  /// (off) to 1 (strongest). Until then, and after reset(), it is off. Real-time: yes.
-  void set_drive(std::size_t electrode, double amplitude,
-                 double frequency) noexcept MERKEL_REALTIME {
-    own_[encoding_.of_electrode[electrode]] = {.amplitude = amplitude, .frequency = frequency};
-  }
+  /// Takes the drive of an electrode whose encoder is `own`, and of its group. It holds from the
+  /// tick that ends at its time until the watchdog expires; without one, the electrode is off.
+  /// Others are ignored. Real-time: yes.
+  void set_drive(const GivenDrive& given) noexcept MERKEL_REALTIME;
 
   /// Processes the next tick. A tick that does not follow its predecessor is a gap.
   /// \return its commands in order of time, valid until the next call.  Real-time: yes.
@@ -88,6 +87,9 @@ class StimulationEncoder {
     double amplitude = 0.0;
     double frequency = 0.0;
   };
+  struct OwnDrive : Drive {
+    std::chrono::nanoseconds valid_until = std::chrono::nanoseconds::min();
+  };
 
   StimulationEncoder(const EncodingParameters& parameters, const EncodedModel& model);
   bool find_stops(const Tick& tick) noexcept;
@@ -104,7 +106,7 @@ class StimulationEncoder {
   FieldActivity activity_;
   FieldTouch touch_;
   GroupPulses group_pulses_;
-  std::vector<Drive> own_;  ///< by source
+  std::vector<OwnDrive> own_;  ///< by source
   StimulationLimiter limiter_;
   StimulatorSteps steps_;
   std::vector<Stop> stop_of_patch_;

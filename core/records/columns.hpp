@@ -154,6 +154,19 @@ inline constexpr auto kSyncColumns = std::tuple(
     limited_column(
         "level", "1 high from here on, 0 low", [](auto& r) -> auto& { return r.level; }, 0.0, 1.0));
 
+inline constexpr auto kDriveColumns = std::tuple(
+    time_column(
+        "time_ns", "time_s", "probe time: the end of the first tick that has it",
+        [](auto& r) -> auto& { return r.time; }),
+    column(
+        "electrode", "", "from 0, in the order of the scene; its group has it too",
+        [](auto& r) -> auto& { return r.electrode; }),
+    column(
+        "amplitude", "", "0 off, 1 the strongest of its range",
+        [](auto& r) -> auto& { return r.amplitude; }),
+    column(
+        "frequency", "", "0 to 1 of its range", [](auto& r) -> auto& { return r.frequency; }));
+
 inline constexpr auto kCommandColumns = std::tuple(
     time_column(
         "time_ns", "time_s", "probe time", [](auto& r) -> auto& { return r.time; }),
@@ -174,7 +187,7 @@ inline constexpr auto kCommandColumns = std::tuple(
     limited_column(
         "stop",
         "0 none, 1 released, 2 gap, 3 neuron_reset, 4 sink_failure, 5 end, 6 stale, 7 stopped, 8 "
-        "zero_uncertain, 9 outside_calibration",
+        "zero_uncertain, 9 outside_calibration, 10 no_drive",
         [](auto& r) -> auto& { return r.stop; }, 0.0, number_of(StimulationCommand::Stop::kLast)));
 
 inline constexpr auto kSentColumns = std::tuple_cat(

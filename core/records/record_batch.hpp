@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/records/given_drive.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/mark.hpp"
 #include "core/records/neuron_sample.hpp"
@@ -45,6 +46,7 @@ struct RecordLists {
   List<DeliveredSample> samples{};      ///< calibrated samples as the probes delivered them
   List<SyncEdge> edges{};               ///< of the devices' sync lines; those of a device in order
   List<TaxelZeros> zeros{};             ///< of tactile arrays that changed at a reading
+  List<GivenDrive> drives{};            ///< of electrodes with an encoder of the user's own
   List<SpikeEvent> spikes{};            ///< ties by patch and neuron
   List<StimulationCommand> commands{};  ///< the last update of a run has every electrode off
   List<SentCommand> sent{};             ///< commands that have passed the gate, for receivers
@@ -56,12 +58,12 @@ struct RecordLists {
   List<RunStatus> status{};             ///< the run's counters, five times a second and at the end
 
   [[nodiscard]] constexpr auto all() noexcept {
-    return std::tie(frames, samples, edges, zeros, spikes, commands, sent, taxels, ticks, events,
-                    neurons, marks, status);
+    return std::tie(frames, samples, edges, zeros, drives, spikes, commands, sent, taxels, ticks,
+                    events, neurons, marks, status);
   }
   [[nodiscard]] constexpr auto all() const noexcept {
-    return std::tie(frames, samples, edges, zeros, spikes, commands, sent, taxels, ticks, events,
-                    neurons, marks, status);
+    return std::tie(frames, samples, edges, zeros, drives, spikes, commands, sent, taxels, ticks,
+                    events, neurons, marks, status);
   }
   /// The list of a kind.
   template <class Record>

@@ -27,7 +27,8 @@ struct StimulationCommand {
     kStopped,        ///< stopped by hand; holds until stimulation is started again
     kZeroUncertain,  ///< suspended: ProbeSample::kZeroUncertain
     kOutsideCalibration,  ///< suspended: ProbeSample::kOutsideCalibration
-    kLast = kOutsideCalibration,
+    kNoDrive,             ///< the encoder is `own`, and gave no drive within the watchdog
+    kLast = kNoDrive,
   };
 
   std::chrono::nanoseconds time{0};  ///< probe time: a tick's end; for a pulse, its spike's time
@@ -50,7 +51,7 @@ static_assert(sizeof(StimulationCommand) == 32);
 }
 
 /// "", "released", "gap", "neuron_reset", "sink_failure", "end", "stale", "stopped",
-/// "zero_uncertain", "outside_calibration".
+/// "zero_uncertain", "outside_calibration", "no_drive".
 [[nodiscard]] constexpr std::string_view name_of(StimulationCommand::Stop stop) noexcept {
   switch (stop) {
     case StimulationCommand::Stop::kNone:
@@ -73,6 +74,8 @@ static_assert(sizeof(StimulationCommand) == 32);
       return "zero_uncertain";
     case StimulationCommand::Stop::kOutsideCalibration:
       return "outside_calibration";
+    case StimulationCommand::Stop::kNoDrive:
+      return "no_drive";
   }
   return "";
 }

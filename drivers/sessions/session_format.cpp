@@ -108,6 +108,7 @@ constexpr std::array<SessionStream, kSessionStreams> kStreams = {{
     stream_of<SentCommand>("merkel.sent", "SentCommands"),
     stream_of<SyncEdge>("merkel.sync", "SyncEdges"),
     stream_of<TaxelZeros>("merkel.taxel_zeros", "TaxelZeros"),
+    stream_of<GivenDrive>("merkel.drives", "GivenDrives"),
 }};
 
 }  // namespace

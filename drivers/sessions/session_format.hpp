@@ -25,7 +25,8 @@ struct SessionStream {
     kTaxels = 8,
     kSent = 9,
     kSync = 10,
-    kTaxelZeros = 11
+    kTaxelZeros = 11,
+    kDrives = 12
   };
   /// How a value follows from that of the previous item of its probe.
   enum class Follows : std::uint8_t { kFreely, kAsBefore, kByOne, kByTick };
@@ -66,7 +67,7 @@ inline constexpr std::size_t kMaxSessionChannels = 96;
 template <class Value>
 using ItemValues = std::array<Value, kMaxSessionChannels>;
 
-inline constexpr std::size_t kSessionStreams = 11;
+inline constexpr std::size_t kSessionStreams = 12;
 
 /// All streams, in the order of their numbers from 1.
 [[nodiscard]] std::span<const SessionStream> session_streams() noexcept;

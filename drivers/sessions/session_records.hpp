@@ -88,6 +88,9 @@ template <>
 struct SessionStreamOf<TaxelZeros>
     : StoredAs<SessionStream::Id::kTaxelZeros, double, kTaxelColumns> {};
 
+template <>
+struct SessionStreamOf<GivenDrive> : StoredAs<SessionStream::Id::kDrives, double, kDriveColumns> {};
+
 template <class Record>
 inline constexpr bool kStored = requires {
   SessionStreamOf<Record>::kId;

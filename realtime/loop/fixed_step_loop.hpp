@@ -16,6 +16,7 @@
 #include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/clocks/clock.hpp"
+#include "realtime/input/drive_input.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/loop/delay_control.hpp"
 #include "realtime/loop/loop_statistics.hpp"
@@ -59,6 +60,7 @@ class FixedStepLoop {
         duration;  ///< how much to simulate; default: everything
     std::int64_t max_catch_up_ticks = 20;
     StimulationEncoder* encoder = nullptr;  ///< null: no electrodes; borrowed
+    DriveInput* drives = nullptr;           ///< of encoders of the user's own; borrowed
     bool without_gate = false;  ///< receivers get commands that are never valid: a virtual clock
     BoundedQueue<TickTiming>* timings = nullptr;  ///< receives one item per tick with spikes
   };
@@ -197,10 +199,19 @@ class FixedStepLoop {
     if (fanout_.commands_failed() && step_.encoder() != nullptr) {
       step_.encoder()->fail_safe(StimulationCommand::Stop::kSinkFailure);
     }
+    take_drives(timing.end);
     const SimulationStep::Output made = step_.step(records_);
     timing.computed = clock_.now();
     publish(made, timing);
     count(made, timing);
+  }
+
+  void take_drives(std::chrono::nanoseconds end) noexcept {
+    if (step_.encoder() == nullptr || parameters_.drives == nullptr) return;
+    parameters_.drives->take(end, [this](const GivenDrive& drive) {
+      step_.encoder()->set_drive(drive);
+      fanout_.publish(std::span(&drive, 1), clock_);
+    });
   }
 
   /// Reads the contacts at the end of a tick into its records.

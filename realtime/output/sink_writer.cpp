@@ -47,7 +47,8 @@ std::size_t SinkWriter::write_waiting() {
                   !std::is_same_v<Record, SentCommand>) {
       for (const auto& feed : of_kind) {
         std::size_t most = kBatch;
-        if constexpr (std::is_same_v<Record, SpikeEvent> || std::is_same_v<Record, TaxelBlock>) {
+        if constexpr (std::is_same_v<Record, SpikeEvent> || std::is_same_v<Record, TaxelBlock> ||
+                      std::is_same_v<Record, GivenDrive>) {
           most = feed->waiting();
         }
         feed->take(waiting_.of<Record>(), most);
@@ -99,15 +100,15 @@ void SinkWriter::write_status() {
   if (!sink_.takes<RunStatus>()) return;
   RunStatus status = sources_.status();
   const ConsumerChannel& channel = sources_.channel;
-  status.losses = {
-      .spikes = channel.dropped<SpikeEvent>(),
-      .ticks = channel.dropped<TickRecord>(),
-      .taxels = channel.dropped<TaxelBlock>() + channel.dropped<TaxelZeros>(),
-      .events = channel.dropped<LoopEvent>(),
-      .samples = channel.dropped<DeliveredSample>(),
-      .edges = channel.dropped<SyncEdge>(),
-      .frames = channel.dropped<PortFrame>(),
-      .commands = channel.dropped<StimulationCommand>() + channel.dropped<SentCommand>()};
+  status.losses = {.spikes = channel.dropped<SpikeEvent>(),
+                   .ticks = channel.dropped<TickRecord>(),
+                   .taxels = channel.dropped<TaxelBlock>() + channel.dropped<TaxelZeros>(),
+                   .events = channel.dropped<LoopEvent>(),
+                   .samples = channel.dropped<DeliveredSample>(),
+                   .edges = channel.dropped<SyncEdge>(),
+                   .frames = channel.dropped<PortFrame>(),
+                   .commands = channel.dropped<StimulationCommand>() +
+                               channel.dropped<SentCommand>() + channel.dropped<GivenDrive>()};
   write({.status = {&status, 1}});
 }
 

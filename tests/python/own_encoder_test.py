@@ -1,7 +1,9 @@
 """An encoder written in Python: drives from outside, within the limits of the scene."""
 import os
 import pathlib
+import subprocess
 import tempfile
+import time
 import unittest
 
 import merkel
@@ -74,8 +76,46 @@ class OwnEncoder(unittest.TestCase):
         stream = merkel.Scene(self.path).stream()
         with self.assertRaisesRegex(merkel.Error, 'no electrode "E9" with encoder = "own"'):
             stream.set_drive("E9", 0.5)
-        with self.assertRaisesRegex(merkel.Error, "Stream.set_drive"):
+        with self.assertRaisesRegex(merkel.Error, "the drive of E3 is not a finite number"):
+            stream.set_drive("E3", float("nan"))
+        with self.assertRaisesRegex(merkel.Error, "scene.stream"):
             merkel.Scene(self.path).run()
+
+    def test_a_drive_holds_for_the_watchdog(self):
+        def rule(stream, force_N):
+            if stream.time_s is not None and stream.time_s < 0.2:
+                stream.set_drive("E3", 1.0)
+
+        commands = [each for each in self.stimulate(rule) if each["electrode"] == 2]
+        on = [each["time_s"] for each in commands if each["amplitude_uA"] > 0]
+        self.assertTrue(0.28 < max(on) < 0.31)  # 0.2 s and 100 ms
+
+    def test_a_live_run_takes_drives_and_its_session_repeats_them(self):
+        session, csv = self.path + ".xdf", self.path + ".csv"
+        sinks = ["xdf:" + session, "stim-csv:" + csv]
+        with merkel.connect("sim:ramp?wait_s=0&hold_s=600&live=1", self.path, sinks=sinks) as bridge:
+            with self.assertRaisesRegex(merkel.Error, 'no electrode "E9"'):
+                bridge.set_drive("E9", 0.5)
+            strongest, deadline = 0, time.monotonic() + 60
+            while strongest < 80 and time.monotonic() < deadline:
+                bridge.set_drive("E3", 1.0, 0.5)
+                bridge.set_drive("E1", 0.5)
+                _, commands = bridge.read(0.01)
+                strongest = max([strongest, *commands["amplitude_uA"][commands["electrode"] == 2]])
+            self.assertEqual(strongest, 80)
+            stops = set()
+            while 10 not in stops and time.monotonic() < deadline:  # no_drive
+                stops |= set(bridge.read(0.01).stimulation["stop"])
+            self.assertIn(10, stops)
+        with self.assertRaisesRegex(merkel.Error, "the run takes no drives now"):
+            for _ in range(10_000):
+                bridge.set_drive("E3", 1.0)
+        self.assertIn(",no_drive,", pathlib.Path(csv).read_text())
+        drives = subprocess.run([os.environ["MERKEL_PROGRAM"], "inspect", "session", session, "--stream", "drives"],
+                                capture_output=True, text=True, check=True).stdout.splitlines()
+        self.assertGreater(len(drives), 10)
+        replay = subprocess.run([os.environ["MERKEL_PROGRAM"], "replay", session], capture_output=True, text=True)
+        self.assertEqual(replay.returncode, 0, replay.stdout + replay.stderr)
 
 
 if __name__ == "__main__":

@@ -237,6 +237,59 @@ TEST(Stimulation, ChunksOfAnySizeGiveTheSameCommands) {
   EXPECT_EQ(run(parameters, samples, 1000).received.commands, one);
 }
 
+TEST(Stimulation, AGivenDriveIsTakenAtATickRecordedAndHoldsForTheWatchdog) {
+  struct DriveSink final : public Sink {
+    explicit DriveSink(std::vector<GivenDrive>& the_drives) : drives(the_drives) {}
+    [[nodiscard]] const std::string& uri() const noexcept override { return name; }
+    [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+      return kKinds<GivenDrive>;
+    }
+    Expected<void, SinkError> write(const RecordBatch& batch) override {
+      drives.insert(drives.end(), batch.drives.begin(), batch.drives.end());
+      return {};
+    }
+    Expected<void, SinkError> close() override { return {}; }
+    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
+    std::vector<GivenDrive>& drives;
+    std::string name = "drives:";
+  };
+  EncodingParameters parameters =
+      encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0)});
+  TactileModel model = *TactileModel::create({});
+  auto encoder = StimulationEncoder::create(parameters, encoded_model(model));
+  ASSERT_TRUE(encoder) << encoder.error().key << " " << encoder.error().reason;
+  Pipeline pipeline(model, {.fast = true, .encoder = &*encoder});
+  std::vector<ProbeSample> samples;
+  for (int k = 0; k < 500; ++k) {
+    samples.push_back({.time = k * kTick, .depth_mm = 0.0, .channels = ProbeSample::kDepth});
+  }
+  pipeline.add_probe(std::make_unique<MemoryProbe>(std::move(samples), 64), {});
+  Received received;
+  std::vector<GivenDrive> drives;
+  pipeline.add_sink(std::make_unique<CommandSink>(received));
+  pipeline.add_sink(std::make_unique<DriveSink>(drives));
+  const GivenDrive given{.amplitude = 0.5, .frequency = 0.5};
+  EXPECT_TRUE(pipeline.give_drive(given));
+  ASSERT_TRUE(pipeline.run());
+  ASSERT_EQ(drives.size(), 1U);
+  GivenDrive taken = given;
+  taken.time = kTick;  // the end of the first tick
+  EXPECT_EQ(drives[0], taken);
+  int on = 0;
+  for (const StimulationCommand& command : received.commands) {
+    if (command.electrode != 0 || command.stop == Stop::kEnd) continue;
+    const bool holds = command.time < kTick + milliseconds{100};
+    EXPECT_EQ(command.stop, holds ? Stop::kNone : Stop::kNoDrive);
+    if (!holds) EXPECT_EQ(command.amplitude_uA, 0.0);
+    on += command.amplitude_uA > 0.0;
+  }
+  EXPECT_GT(on, 0);
+  // After the run no loop takes them.
+  bool full = false;
+  for (int i = 0; i < 10'000 && !full; ++i) full = !pipeline.give_drive(given);
+  EXPECT_TRUE(full);
+}
+
 TEST(Stimulation, AFailedSinkSwitchesEverythingOffForGood) {
   auto electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0);
   electrode.full_force_N = 0.05;

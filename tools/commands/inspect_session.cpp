@@ -180,7 +180,8 @@ int print_overview(SessionReader& session) {
   for (const SessionStream& stream : session_streams()) {
     const bool rare =
         stream.id == SessionStream::Id::kTaxels || stream.id == SessionStream::Id::kTaxelZeros ||
-        stream.id == SessionStream::Id::kSent || stream.id == SessionStream::Id::kSync;
+        stream.id == SessionStream::Id::kSent || stream.id == SessionStream::Id::kSync ||
+        stream.id == SessionStream::Id::kDrives;
     if (rare && items[static_cast<std::size_t>(stream.id) - 1] == 0) continue;
     std::puts(fmt::format("stream {},{}", short_name(stream),
                           items[static_cast<std::size_t>(stream.id) - 1])
@@ -226,7 +227,7 @@ void add_inspect_session_command(CommandLine& inspect) {
           "--stream", options->stream,
           "Print the rows of one stream: spikes, ticks, samples, events, status, frames (the "
           "devices' bytes, in hexadecimal), stimulation (commands of the encoder), sent (what left, "
-          "and when), taxels (pressures of tactile arrays that changed), taxel_zeros (their zeros that changed), sync (edges of sync lines), "
+          "and when), taxels (pressures of tactile arrays that changed), taxel_zeros (their zeros that changed), drives (of encoders of the user's own), sync (edges of sync lines), "
           "delay (of the loop, at each change), marks")
       .option("--fact", options->fact,
               "Print the fact of this name, for example scene_text or probe_calibration")

@@ -85,7 +85,7 @@ bool SessionReplay::take_tick(const TickRecord& record) {
 }
 
 void SessionReplay::take(const SessionChunk& chunk, const Callbacks& made) {
-  stimulation_.take(chunk.commands);
+  stimulation_.take(chunk.commands, chunk.drives);
   blocks_.insert(blocks_.end(), chunk.taxels.begin(), chunk.taxels.end());
   if (verdict_.identical()) spikes_.expect(chunk.spikes);
   for (const LoopEvent& event : chunk.events) {

@@ -34,6 +34,9 @@ StimulationReplay::StimulationReplay(StimulationEncoder* encoder)
 void StimulationReplay::prepare(std::chrono::nanoseconds time) {
   if (encoder_ == nullptr) return;
   last_ = time;
+  for (; !drives_.empty() && drives_.front().time <= time; drives_.pop_front()) {
+    encoder_->set_drive(drives_.front());
+  }
   const auto& recorded = comparison_.remaining();
   if (!recorded.empty() && recorded.front().time == *last_ &&
       recorded.front().stop == Stop::kSinkFailure) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <optional>
 #include <span>
@@ -12,8 +13,8 @@
 namespace merkel {
 
 /// Encodes the ticks of a recorded session again, and compares every stimulation command with the
-/// recorded one, bit for bit. A failure of a sink is an external input: the replay takes it from
-/// the recording.
+/// recorded one, bit for bit. A failure of a sink and the drives of an encoder of the user's own
+/// are external inputs: the replay takes them from the recording.
 class StimulationReplay {
  public:
   using Callback = std::function<void(std::span<const StimulationCommand>)>;
@@ -21,8 +22,11 @@ class StimulationReplay {
   /// \param encoder  fresh; null if the scene has no electrodes
   explicit StimulationReplay(StimulationEncoder* encoder);
 
-  /// Adds recorded commands, before their ticks.
-  void take(std::span<const StimulationCommand> recorded) { comparison_.expect(recorded); }
+  /// Adds recorded commands and drives, before their ticks.
+  void take(std::span<const StimulationCommand> recorded, std::span<const GivenDrive> drives) {
+    comparison_.expect(recorded);
+    drives_.insert(drives_.end(), drives.begin(), drives.end());
+  }
   /// Before the encoder's step of the tick that ends at `time`.
   void prepare(std::chrono::nanoseconds time);
   /// The commands of that step. \param made  receives them; may be empty
@@ -37,6 +41,7 @@ class StimulationReplay {
  private:
   StimulationEncoder* encoder_;
   ReplayComparison<StimulationCommand> comparison_;
+  std::deque<GivenDrive> drives_;                 ///< of later ticks
   std::optional<std::chrono::nanoseconds> last_;  ///< end of the last tick
 };
 

@@ -228,11 +228,12 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {
   for (const Electrode& each : scene.encoding.electrodes) {
-    if (each.encoder != EncoderKind::kOwn) continue;
+    if (each.encoder != EncoderKind::kOwn || preparation.gives_drives) continue;
     return bad_input(
         "the electrode " + each.name +
-        " has encoder = \"own\", whose drives come from Stream.set_drive() in Python; a run "
-        "has none: choose another encoder");
+        " has encoder = \"own\", whose drives come from set_drive() in Python "
+        "(merkel.connect, scene.stream); this run has none: choose another encoder, or repeat a "
+        "recorded run with merkel replay SESSION");
   }
   PreparedRun run;
   note_files_of(scene);

@@ -84,6 +84,7 @@ struct PreparedRun : Simulation {
 struct RunPreparation {
   bool fast = false;          ///< virtual clock; recordings only
   bool allow_remote = false;  ///< as in open_probe()
+  bool gives_drives = false;  ///< the caller calls Pipeline::give_drive()
   /// Replace the scene's probes; one per indenter.
   std::vector<std::unique_ptr<Probe>> probes = {};
   ModelCache* models = nullptr;  ///< may hold the model of an earlier run; borrowed

@@ -117,16 +117,9 @@ std::span<const SpikeEvent> SampleStream::finish() {
 
 Expected<void, SetupError> SampleStream::set_drive(const std::string& electrode, double amplitude,
                                                    double frequency) {
-  const auto& electrodes = scene_.encoding.electrodes;
-  const auto found = std::find_if(electrodes.begin(), electrodes.end(), [&](const Electrode& each) {
-    return each.name == electrode && each.encoder == EncoderKind::kOwn;
-  });
-  if (found == electrodes.end()) {
-    return bad_input("the scene has no electrode \"" + electrode +
-                     "\" with encoder = \"own\": set that in its [[electrode]] or "
-                     "[[electrode_group]]");
-  }
-  encoder_->set_drive(static_cast<std::size_t>(found - electrodes.begin()), amplitude, frequency);
+  const auto drive = scene_.encoding.own_drive(electrode, amplitude, frequency);
+  if (!drive) return bad_input(drive.error());
+  drives_.push_back(*drive);
   return {};
 }
 
@@ -184,6 +177,11 @@ void SampleStream::simulate() {
                    .doubts = reading.doubts,
                    .touch = reading.touch};
   }
+  for (GivenDrive& drive : drives_) {
+    drive.time = *next_;
+    encoder_->set_drive(drive);
+  }
+  drives_.clear();
   const SimulationStep::Output made = step_->step(records_);
   spikes_.insert(spikes_.end(), made.spikes.begin(), made.spikes.end());
   commands_.insert(commands_.end(), made.commands.begin(), made.commands.end());

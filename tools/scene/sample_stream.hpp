@@ -45,8 +45,8 @@ class SampleStream {
   /// The stimulation commands of the last call of push() or finish(), in order of time, valid until
   /// the next; none if the scene has no electrodes. The last update of finish() is off.
   [[nodiscard]] std::span<const StimulationCommand> commands() const noexcept { return commands_; }
-  /// Sets the drive of an electrode whose encoder is `own`, and of its group, from the next update
-  /// on: 0 (off) to 1 (strongest). Fails if there is no such electrode.
+  /// Sets the drive of an electrode whose encoder is `own`, and of its group, from the next tick on
+  /// and for the watchdog: 0 (off) to 1 (strongest). Fails if there is no such electrode.
   [[nodiscard]] Expected<void, SetupError> set_drive(const std::string& electrode, double amplitude,
                                                      double frequency);
   /// Null if the scene has no electrodes.
@@ -84,6 +84,7 @@ class SampleStream {
   std::vector<std::unique_ptr<Line>> lines_;  ///< one per indenter
   std::vector<TickRecord> records_;
   std::optional<std::chrono::nanoseconds> next_;  ///< start of the next tick
+  std::vector<GivenDrive> drives_;                ///< from the next tick on
   std::uint64_t ticks_ = 0;
   std::vector<SpikeEvent> spikes_;
   std::vector<StimulationCommand> commands_;

@@ -148,4 +148,26 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
 }
 
 }  // namespace
+TEST(EncodingParameters, OwnDrivesAreOfElectrodesThatTakeThem) {
+  EncodingParameters parameters = valid();
+  const auto refused = parameters.own_drive(parameters.electrodes[0].name, 0.5, 0.5);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error(), "the scene has no electrode \"" + parameters.electrodes[0].name +
+                                 "\" with encoder = \"own\": set that in its [[electrode]] or "
+                                 "[[electrode_group]]");
+  parameters.electrodes.push_back(parameters.electrodes[0]);
+  parameters.electrodes[1].name = "mine";
+  parameters.electrodes[1].encoder = EncoderKind::kOwn;
+  EXPECT_EQ(*parameters.own_drive("mine", 0.5, 0.25),
+            (GivenDrive{.amplitude = 0.5, .frequency = 0.25, .electrode = 1}));
+  for (const double none : {std::nan(""), HUGE_VAL}) {
+    for (const auto& drive :
+         {parameters.own_drive("mine", none, 0.5), parameters.own_drive("mine", 0.5, none)}) {
+      ASSERT_FALSE(drive);
+      EXPECT_EQ(drive.error(),
+                "the drive of mine is not a finite number: give 0 (off) to 1 (strongest)");
+    }
+  }
+}
+
 }  // namespace merkel

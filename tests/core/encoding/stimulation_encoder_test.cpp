@@ -490,25 +490,57 @@ TEST(StimulationEncoder, AnOwnDriveStaysWithinTheRangesAndTheLimits) {
     }
     return last;
   };
-  EXPECT_EQ(next().amplitude_uA, 0.0);
-  encoder.set_drive(0, 5.0, 0.5);
+  const auto set_drive = [&](double amplitude, double frequency) {
+    encoder.set_drive({.time = feed.now() + kTick, .amplitude = amplitude, .frequency = frequency});
+  };
+  EXPECT_EQ(next().stop, Stop::kNoDrive);
+  set_drive(5.0, 0.5);
   EXPECT_DOUBLE_EQ(next().amplitude_uA, 20.0);  // 2000 µA/s for 10 ms
   EXPECT_DOUBLE_EQ(next().amplitude_uA, 40.0);
   next();
   const auto strongest = next();
   EXPECT_DOUBLE_EQ(strongest.amplitude_uA, 80.0);
   EXPECT_DOUBLE_EQ(strongest.frequency_Hz, 100.0);
-  encoder.set_drive(0, std::nan(""), 0.5);
+  set_drive(std::nan(""), 0.5);
   EXPECT_EQ(next().amplitude_uA, 0.0);
   EXPECT_EQ(encoder.clippings().invalid, 1U);
-  encoder.set_drive(0, -1.0, 1.0);
+  set_drive(-1.0, 1.0);
   EXPECT_EQ(next().amplitude_uA, 0.0);
-  encoder.set_drive(0, 1.0, 1.0);
+  encoder.set_drive(
+      {.time = feed.now() + kTick, .amplitude = 1.0, .electrode = 1});  // there is none
+  EXPECT_EQ(next().amplitude_uA, 0.0);
+  set_drive(1.0, 1.0);
   feed.state = State::kReleased;
   EXPECT_EQ(next().amplitude_uA, 0.0);
   encoder.reset();
   feed.state = State::kFollowing;
-  EXPECT_EQ(next().amplitude_uA, 0.0);
+  EXPECT_EQ(next().stop, Stop::kNoDrive);
+}
+
+TEST(StimulationEncoder, AnOwnDriveHoldsForTheWatchdogOnly) {
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0),
+                   electrode_at("E2", EncoderKind::kOwn, 15.0, 10.0, 3.0),
+                   electrode_at("E3", EncoderKind::kLinear, 15.0, 10.0, 3.0)}),
+      grid_model());
+  TickFeed feed(encoder, kTick);
+  for (std::uint16_t electrode = 0; electrode < 2; ++electrode) {
+    encoder.set_drive(
+        {.time = feed.now() + kTick, .amplitude = 1.0, .frequency = 1.0, .electrode = electrode});
+  }
+  for (int ms = 1; ms <= 200; ++ms) {
+    if (ms == 50) encoder.set_drive({.time = milliseconds{50}, .amplitude = 1.0, .frequency = 1.0});
+    for (const StimulationCommand& command : feed.step()) {
+      if (command.electrode == 2) {
+        EXPECT_EQ(command.stop, Stop::kNone);  // it has no drive of this kind
+        continue;
+      }
+      // A drive of 1 ms holds before 101 ms, that of 50 ms before 150 ms.
+      const bool on = ms < (command.electrode == 0 ? 150 : 101);
+      EXPECT_EQ(command.amplitude_uA > 0.0, on) << ms << " " << command.electrode;
+      EXPECT_EQ(command.stop, on ? Stop::kNone : Stop::kNoDrive) << ms;
+    }
+  }
 }
 
 TEST(StimulationEncoder, WhatTheStimulatorCannotGiveIsRoundedAway) {
@@ -520,7 +552,7 @@ TEST(StimulationEncoder, WhatTheStimulatorCannotGiveIsRoundedAway) {
   parameters.stimulator.frequency_step_Hz = 1.0;
   auto encoder = *StimulationEncoder::create(parameters, grid_model());
   TickFeed feed(encoder, kTick);
-  encoder.set_drive(0, 0.51, 0.5025);
+  encoder.set_drive({.time = kTick, .amplitude = 0.51, .frequency = 0.5025});
   feed.spike(nanoseconds{1}, 10 * 30 + 15);
   const auto commands = feed.step();
   ASSERT_EQ(commands.size(), 3U);

@@ -85,8 +85,8 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
   }
   scene.sinks.insert(scene.sinks.end(), options.sinks.begin(), options.sinks.end());
   if (scene.spike_time_us) static_cast<void>(or_throw(make_plan(scene)));
-  run_ = std::make_unique<PreparedRun>(
-      or_throw(prepare_run(std::move(scene), {.allow_remote = options.allow_remote})));
+  run_ = std::make_unique<PreparedRun>(or_throw(
+      prepare_run(std::move(scene), {.allow_remote = options.allow_remote, .gives_drives = true})));
   const auto notice = [this](const std::string& sentence) {
     const std::lock_guard lock(mutex_);
     notices_.push_back(sentence);
@@ -160,6 +160,17 @@ void BridgeObject::stop() noexcept {
   pipeline_->request_stop();
   const std::lock_guard lock(ending_);
   if (thread_.joinable()) thread_.join();
+}
+
+void BridgeObject::set_drive(const std::string& electrode, double amplitude,
+                             std::optional<double> frequency) {
+  check_process();
+  const auto drive =
+      run_->scene.encoding.own_drive(electrode, amplitude, frequency.value_or(amplitude));
+  if (!drive) throw Error(drive.error());
+  if (!pipeline_->give_drive(*drive)) {
+    throw Error("the run takes no drives now: it is over, or its probe has sent nothing yet");
+  }
 }
 
 void BridgeObject::stop_stimulation() {
@@ -296,6 +307,8 @@ block ends the run.)")
                              "True when the run is over and all its output has been read.")
       .def("stop", &BridgeObject::stop, py::call_guard<GilRelease>(),
            "Ends the run and finishes its files. Unread output can still be read.")
+      .def("set_drive", &BridgeObject::set_drive, py::arg("electrode"), py::arg("amplitude"),
+           py::arg("frequency") = py::none(), kSetDriveText)
       .def("stop_stimulation", &BridgeObject::stop_stimulation,
            "Switches all electrodes off within two updates, until start_stimulation().")
       .def("start_stimulation", &BridgeObject::start_stimulation,

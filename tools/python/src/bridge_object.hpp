@@ -60,6 +60,8 @@ class BridgeObject {
   /// Ends the run and waits for its sinks. Any number of threads may call it at once.
   void stop() noexcept;
 
+  /// \throws Error if the scene has no such electrode, or the run does not take drives
+  void set_drive(const std::string& electrode, double amplitude, std::optional<double> frequency);
   void stop_stimulation();
   void start_stimulation();
 

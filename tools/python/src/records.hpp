@@ -26,6 +26,14 @@ using EventRow = Row<LoopEvent>;
 using EdgeRow = Row<SyncEdge>;
 using CommandRow = Row<StimulationCommand>;
 
+/// Of Bridge.set_drive and Stream.set_drive.
+inline constexpr const char* kSetDriveText =
+    R"(An encoder of your own: the drive of an electrode with encoder = "own", and of its group.
+
+From the next tick on, amplitude and frequency are those of the electrode's ranges, from 0 (off) to 1 (strongest); without
+a frequency, it follows the amplitude. Give it again before watchdog_ms is over, or the electrode is off (stop no_drive).
+All limits of the scene apply, and in a live run the gate.)";
+
 /// Makes the rows known to numpy. Call once, when the module is loaded.
 void register_rows();
 

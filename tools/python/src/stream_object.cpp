@@ -203,13 +203,8 @@ time_s is in s and increases from sample to sample, by at most max_gap_s. Give d
 y_mm if the probe moves over the skin. An invalid sample raises Error and is ignored.)")
       .def("finish", &StreamObject::finish,
            "Simulates up to the last sample and returns the Output. No sample may follow.")
-      .def(
-          "set_drive", &StreamObject::set_drive, py::arg("electrode"), py::arg("amplitude"),
-          py::arg("frequency") = py::none(),
-          R"(An encoder of your own: the drive of an electrode with encoder = "own", and of its group.
-
-From the next update on, amplitude and frequency are those of the electrode's ranges, from 0 (off) to 1 (strongest); without
-a frequency, it follows the amplitude. All limits of the scene apply.)")
+      .def("set_drive", &StreamObject::set_drive, py::arg("electrode"), py::arg("amplitude"),
+           py::arg("frequency") = py::none(), kSetDriveText)
       .def_property_readonly("time_s", &StreamObject::time_s,
                              "The end of the last tick in s; None before the first tick.");
 }
