@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "core/contact/contact_state.hpp"
+#include "core/records/contact_state.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {

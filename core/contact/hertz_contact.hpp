@@ -1,7 +1,7 @@
 #pragma once
 
-#include "core/contact/contact_state.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/contact_state.hpp"
 
 namespace merkel {
 

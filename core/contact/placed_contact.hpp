@@ -3,12 +3,12 @@
 #include <cstdint>
 #include <limits>
 
-#include "core/contact/contact_state.hpp"
 #include "core/contact/reach_mask.hpp"
 #include "core/contact/sliding_contact.hpp"
 #include "core/contact/taxel_field.hpp"
 #include "core/contact/tip_field.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/contact_state.hpp"
 
 namespace merkel {
 

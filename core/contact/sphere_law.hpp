@@ -2,10 +2,10 @@
 
 #include <optional>
 
-#include "core/contact/contact_state.hpp"
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/solver/hertz_ellipse.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/contact_state.hpp"
 #include "core/skin/skin_material.hpp"
 
 namespace merkel {

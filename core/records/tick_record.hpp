@@ -5,8 +5,8 @@
 #include <string_view>
 #include <type_traits>
 
-#include "core/contact/contact_state.hpp"
 #include "core/records/contact_input.hpp"
+#include "core/records/contact_state.hpp"
 #include "core/records/touch.hpp"
 
 namespace merkel {

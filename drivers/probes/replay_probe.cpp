@@ -6,8 +6,8 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
-#include "drivers/files/trace_file.hpp"
 #include "drivers/probes/sample_meter.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sessions/session_samples.hpp"
 
 namespace merkel {

@@ -9,7 +9,7 @@
 
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/probes/sample_source.hpp"
+#include "drivers/sample_source.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -5,10 +5,10 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/files/trace_file.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/trace_file.hpp"
 
 namespace merkel {
 namespace {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "drivers/probe.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sessions/session_format.hpp"
 #include "drivers/sink.hpp"
-#include "drivers/sinks/afferent_table.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/probes/sample_source.hpp"
+#include "drivers/sample_source.hpp"
 #include "drivers/sessions/session_reader.hpp"
 
 namespace merkel {

@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #include "drivers/protocols/ati_rdt.hpp"
-#include "drivers/sinks/host_name.hpp"
 #include "drivers/transports/descriptor.hpp"
+#include "drivers/transports/host_name.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -7,9 +7,9 @@
 
 #include "core/expected.hpp"
 #include "drivers/sink.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/sink_setup.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -10,8 +10,8 @@
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sessions/rig_recording.hpp"
-#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 
 namespace merkel {

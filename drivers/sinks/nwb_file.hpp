@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/time_base.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "core/expected.hpp"
 #include "drivers/sink.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

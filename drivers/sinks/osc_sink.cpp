@@ -16,8 +16,8 @@
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/owned_descriptor.hpp"
-#include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 namespace {

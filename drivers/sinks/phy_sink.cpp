@@ -14,7 +14,7 @@
 #include "core/units.hpp"
 #include "drivers/files/npy_file.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sinks/export_sink.hpp"
 #include "drivers/sinks/time_base.hpp"
 

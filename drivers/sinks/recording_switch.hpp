@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

@@ -13,10 +13,10 @@
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/raw_bytes.hpp"
-#include "drivers/redis_connection.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
+#include "drivers/transports/redis_connection.hpp"
 
 namespace merkel {
 namespace {

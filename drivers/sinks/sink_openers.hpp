@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "core/expected.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -20,7 +20,7 @@ merkel_optional_sink(ZMQ "${MERKEL_ZMQ_LIBRARY}" "${MERKEL_ZMQ_INCLUDE}"
 find_path(MERKEL_HIREDIS_INCLUDE hiredis/hiredis.h)
 find_library(MERKEL_HIREDIS_LIBRARY hiredis)
 merkel_optional_sink(HIREDIS "${MERKEL_HIREDIS_LIBRARY}" "${MERKEL_HIREDIS_INCLUDE}"
-  probes/open_redis_device.cpp redis_connection.cpp sinks/redis_sink.cpp transports/redis_port.cpp)
+  probes/open_redis_device.cpp transports/redis_connection.cpp sinks/redis_sink.cpp transports/redis_port.cpp)
 
 find_path(MERKEL_COMEDI_INCLUDE comedilib.h)
 find_library(MERKEL_COMEDI_LIBRARY comedi)

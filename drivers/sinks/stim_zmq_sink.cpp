@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "drivers/clock/clock_pair.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
 #include "drivers/sinks/zmq_publisher.hpp"

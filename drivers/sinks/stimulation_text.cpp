@@ -6,7 +6,7 @@
 #include "core/records/columns.hpp"
 #include "core/units.hpp"
 #include "drivers/files/column_text.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 
 namespace merkel {
 namespace {

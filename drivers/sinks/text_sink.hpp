@@ -4,8 +4,8 @@
 #include <string>
 
 #include "core/expected.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/file_sink.hpp"
-#include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
 #include "drivers/sinks/time_file.hpp"
 #include "drivers/uri.hpp"

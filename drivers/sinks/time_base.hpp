@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drivers/sink.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -5,7 +5,7 @@
 
 #include "core/expected.hpp"
 #include "drivers/files/output_file.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/time_base.hpp"
 
 namespace merkel {

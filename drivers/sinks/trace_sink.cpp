@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sessions/session_samples.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/time_base.hpp"

@@ -12,7 +12,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 namespace {

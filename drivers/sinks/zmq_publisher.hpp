@@ -12,7 +12,7 @@
 #include <zmq.hpp>
 
 #include "core/expected.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {

@@ -7,8 +7,8 @@
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/sinks/afferent_table.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sessions/afferent_table.hpp"
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/zmq_publisher.hpp"
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/expected.hpp"
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 #include "drivers/transports/transport.hpp"
 
 namespace merkel {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
-#include "drivers/redis_connection.hpp"
+#include "drivers/transports/redis_connection.hpp"
 
 namespace merkel {
 namespace {

@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "core/expected.hpp"
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 

@@ -8,12 +8,12 @@
 #include <span>
 #include <vector>
 
+#include "core/encoding/simulation_step.hpp"
 #include "core/realtime_tag.hpp"
 #include "core/records/contact_input.hpp"
 #include "core/records/loop_event.hpp"
 #include "core/records/taxel_blocks.hpp"
 #include "core/records/tick_record.hpp"
-#include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/clocks/clock.hpp"
 #include "realtime/input/drive_input.hpp"

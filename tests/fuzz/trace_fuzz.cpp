@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sample_limits.hpp"
 #include "tests/fuzz/memory_file.hpp"
 

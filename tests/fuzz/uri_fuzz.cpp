@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 #include "drivers/uri.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks who may include whom: core <- drivers <- realtime <- tools <- tests; and that sources of drivers can be joined.
+# Checks who may include whom: core <- drivers <- realtime <- tools <- tests, and no two sub-folders each other; and that sources of drivers can be joined.
 # usage: include_rules.sh SOURCE_FOLDER; prints every violation and fails if there is one.
 set -euo pipefail
 cd "$1"
@@ -34,6 +34,17 @@ violations=$(
 if [ -n "$violations" ]; then
   echo "forbidden includes (core <- drivers <- realtime <- tools <- tests):"
   echo "$violations"
+  exit 1
+fi
+
+# Inside a folder the sub-folders form lines too: no two include each other.
+circles=$(grep -rE '^ *# *include *"' core drivers realtime tools --include='*.hpp' --include='*.cpp' |
+  sed -nE 's|^(([^/]+/[^/]+)/[^:]+): *# *include *"(([^/"]+/[^/"]+)/[^"]+)"|\2 \4 \1 \3|p' |
+  awk '$1 != $2 { line[++n] = $0; pair[$1, $2] }
+       END { for (i = 1; i <= n; i++) { split(line[i], at); if ((at[2], at[1]) in pair) print at[3] " includes " at[4] } }')
+if [ -n "$circles" ]; then
+  echo "sub-folders that include each other:"
+  echo "$circles"
   exit 1
 fi
 

@@ -21,6 +21,7 @@ plant() {  # FILE LINE
 plant core/math/random.hpp '#include "drivers/probe.hpp"'
 plant core/math/random.hpp '#include <thread>'
 plant drivers/probe.hpp '#include "realtime/pipeline.hpp"'
-plant realtime/pipeline.cpp '#include "drivers/files/trace_file.hpp"'
+plant realtime/pipeline.cpp '#include "drivers/protocols/trace_file.hpp"'
+plant core/records/tick_record.hpp '#include "core/contact/contact_validity.hpp"'
 plant tools/scene/scene_file.cpp '# include "tests/tools/program.hpp"'
 plant drivers/sinks/lsl_sink.cpp 'constexpr std::chrono::milliseconds kFarewell{5};'

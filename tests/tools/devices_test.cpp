@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/files/csv_text.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/math/random.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/simulation/pty_master.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/temporary_folder.hpp"

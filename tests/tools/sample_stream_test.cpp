@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sample_limits.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "tools/scene/prepared_run.hpp"

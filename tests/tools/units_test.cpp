@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/parameters/parameter_error.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"

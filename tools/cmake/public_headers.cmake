@@ -23,7 +23,7 @@ set(merkel_public_headers
   drivers/probe.hpp
   drivers/probes/open_probe.hpp
   drivers/files/input_file.hpp
-  drivers/files/trace_file.hpp
+  drivers/protocols/trace_file.hpp
   drivers/sessions/session_reader.hpp
   drivers/sinks/open_sink.hpp
   drivers/sink.hpp

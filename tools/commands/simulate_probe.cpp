@@ -11,8 +11,8 @@
 
 #include "core/units.hpp"
 #include "drivers/files/example_file.hpp"
-#include "drivers/files/trace_file.hpp"
 #include "drivers/protocols/protocol_table.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/simulation/device_simulator.hpp"
 #include "realtime/threads/thread_setup.hpp"
 #include "tools/commands/command.hpp"

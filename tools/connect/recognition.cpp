@@ -18,7 +18,7 @@
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/line_splitter.hpp"
 #include "drivers/protocols/protocol_table.hpp"
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 #include "drivers/transports/network_port.hpp"
 #include "drivers/transports/serial_port.hpp"
 #include "drivers/uri.hpp"

@@ -10,8 +10,8 @@
 
 #include "core/expected.hpp"
 #include "drivers/clock/clock_map.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/run_journal.hpp"
-#include "drivers/sinks/sink_setup.hpp"
 #include "tools/run/recorded_session.hpp"
 
 namespace merkel {

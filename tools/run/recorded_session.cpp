@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 
 namespace merkel {
 

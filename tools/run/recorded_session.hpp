@@ -9,8 +9,8 @@
 #include "core/expected.hpp"
 #include "drivers/clock/clock_map.hpp"
 #include "drivers/sessions/session_reader.hpp"
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/run_journal.hpp"
-#include "drivers/sinks/sink_setup.hpp"
 #include "tools/scene/scene_file.hpp"
 #include "tools/scene/session_scene.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/simulation_step.hpp"
+#include "core/encoding/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "tools/run/replay_comparison.hpp"

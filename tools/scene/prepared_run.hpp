@@ -11,7 +11,7 @@
 #include "core/expected.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "drivers/probe.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "realtime/threads/thread_setup.hpp"

@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/encoding/simulation_step.hpp"
 #include "core/encoding/stimulation_encoder.hpp"
 #include "core/expected.hpp"
 #include "core/records/probe_sample.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"
 #include "core/records/tick_record.hpp"
-#include "core/scene/simulation_step.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "tools/scene/prepared_run.hpp"

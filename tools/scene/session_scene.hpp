@@ -7,7 +7,7 @@
 #include "core/expected.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/sessions/session_reader.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {

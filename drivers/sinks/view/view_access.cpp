@@ -8,7 +8,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 #include "drivers/files/raw_bytes.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/session_position.hpp"
 
 namespace merkel {

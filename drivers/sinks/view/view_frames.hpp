@@ -16,7 +16,7 @@
 #include "core/contact/sliding_contact.hpp"
 #include "core/contact/tip_contact.hpp"
 #include "core/records/record_batch.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "drivers/sink_setup.hpp"
 #include "drivers/sinks/recording_switch.hpp"
 #include "drivers/sinks/session_position.hpp"
-#include "drivers/sinks/sink_setup.hpp"
 #include "drivers/sinks/view/view_request.hpp"
 
 namespace merkel {

@@ -12,7 +12,7 @@
 #include "core/records/stimulation_command.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/session_position.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
 

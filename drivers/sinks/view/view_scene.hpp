@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

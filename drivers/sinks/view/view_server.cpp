@@ -12,11 +12,11 @@
 #include <boost/beast/core/error.hpp>
 #include <pthread.h>
 
-#include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/view/view_access.hpp"
 #include "drivers/sinks/view/view_client.hpp"
 #include "drivers/sinks/view/view_connection.hpp"
 #include "drivers/sinks/view/view_server_state.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 namespace {

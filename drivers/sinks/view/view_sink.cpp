@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "core/units.hpp"
-#include "drivers/sinks/host_name.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
 #include "drivers/sinks/view/view_request_handler.hpp"
 #include "drivers/sinks/view/view_scene.hpp"
 #include "drivers/sinks/view/view_server.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 namespace {

@@ -16,10 +16,10 @@
 #include "core/contact/sphere_law.hpp"
 #include "core/skin/point_load.hpp"
 #include "tests/core/contact/energy_of_stress.hpp"
+#include "tests/reference/layer_finite_elements.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
-#include "tools/studies/reference/layer_finite_elements.hpp"
 
 namespace merkel {
 namespace {

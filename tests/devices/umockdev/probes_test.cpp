@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/transports/device_list.hpp"
 #include "tests/devices/umockdev/mock_hid_device.hpp"
 #include "tests/devices/umockdev/mock_serial_adapter.hpp"

@@ -11,7 +11,7 @@
 #include <hdf5.h>
 #endif
 
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/spike_files/spike_file.hpp"

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "drivers/sinks/afferent_table.hpp"
-#include "drivers/sinks/host_name.hpp"
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sessions/afferent_table.hpp"
+#include "drivers/sinks/json_line.hpp"
+#include "drivers/transports/host_name.hpp"
 #include "tests/free_ports.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"

@@ -7,7 +7,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
-#include "drivers/probes/sample_source.hpp"
+#include "drivers/sample_source.hpp"
 
 namespace merkel::python {
 

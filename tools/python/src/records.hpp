@@ -14,7 +14,7 @@
 #include "core/expected.hpp"
 #include "core/scene/model_parameters.hpp"
 #include "drivers/printable_text.hpp"
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "tools/python/src/row.hpp"
 
 namespace merkel::python {

@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 
 #include "core/contact/tip_contact.hpp"
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 
 namespace merkel {
 namespace {

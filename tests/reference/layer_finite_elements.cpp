@@ -1,4 +1,4 @@
-#include "tools/studies/reference/layer_finite_elements.hpp"
+#include "tests/reference/layer_finite_elements.hpp"
 
 #include <algorithm>
 #include <cmath>

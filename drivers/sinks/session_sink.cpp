@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "core/units.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sessions/session_headers.hpp"
 #include "drivers/sessions/session_records.hpp"
 #include "drivers/sessions/xdf_chunks.hpp"
-#include "drivers/sinks/afferent_table.hpp"
 #include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"

@@ -1,4 +1,4 @@
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 
 #include <array>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "drivers/sinks/json_text.hpp"
+#include "drivers/sinks/json_line.hpp"
 
 #include <nlohmann/json.hpp>
 

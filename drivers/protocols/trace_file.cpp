@@ -1,4 +1,4 @@
-#include "drivers/files/trace_file.hpp"
+#include "drivers/protocols/trace_file.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "drivers/sinks/afferent_table.hpp"
+#include "drivers/sessions/afferent_table.hpp"
 
 #include <utility>
 

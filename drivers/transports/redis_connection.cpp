@@ -1,10 +1,10 @@
 // Compiled only if hiredis is found.
-#include "drivers/redis_connection.hpp"
+#include "drivers/transports/redis_connection.hpp"
 
 #include <sys/time.h>
 
 #include "core/parameters/parameter_error.hpp"
-#include "drivers/sinks/host_name.hpp"
+#include "drivers/transports/host_name.hpp"
 
 namespace merkel {
 Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote,

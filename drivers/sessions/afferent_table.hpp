@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
-#include "drivers/sinks/sink_setup.hpp"
+#include "drivers/sink_setup.hpp"
 
 namespace merkel {
 

@@ -1,4 +1,4 @@
-#include "core/scene/simulation_step.hpp"
+#include "core/encoding/simulation_step.hpp"
 
 #include <array>
 
