@@ -16,29 +16,16 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-/// How many records of a kind that the loop produces may wait for a sink.
+template <class Record, class... Others>
+constexpr bool kIsOneOf = (std::is_same_v<Record, Others> || ...);
+
+/// How many records of a kind that the loop produces may wait for a sink. Some have a feed from
+/// each probe, each port and each device; for the status, the sink's thread asks.
 template <class Record>
-constexpr std::size_t kCapacity = 16384;
-template <>
-constexpr std::size_t kCapacity<SpikeEvent> = 65536;
-template <>
-constexpr std::size_t kCapacity<StimulationCommand> = 65536;
-template <>
-constexpr std::size_t kCapacity<SentCommand> = 65536;
-template <>
-constexpr std::size_t kCapacity<TaxelBlock> = 65536;
-/// These have a feed from each probe, each port and each device.
-template <>
-constexpr std::size_t kCapacity<DeliveredSample> = 0;
-template <>
-constexpr std::size_t kCapacity<PortFrame> = 0;
-template <>
-constexpr std::size_t kCapacity<SyncEdge> = 0;
-template <>
-constexpr std::size_t kCapacity<TaxelZeros> = 0;
-/// The sink's thread asks for it.
-template <>
-constexpr std::size_t kCapacity<RunStatus> = 0;
+constexpr std::size_t kCapacity =
+    kIsOneOf<Record, DeliveredSample, PortFrame, SyncEdge, TaxelZeros, RunStatus> ? 0
+    : kIsOneOf<Record, SpikeEvent, StimulationCommand, SentCommand, TaxelBlock>   ? 65536
+                                                                                  : 16384;
 
 }  // namespace
 

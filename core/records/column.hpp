@@ -25,24 +25,38 @@ struct Column {
   bool later = false;  ///< files of older versions lack it; it is then 0
 };
 
+/// The access to a member, of a pointer to it; any other access is returned as it is.
 template <class Access>
-constexpr Column<Access> column(std::string_view name, std::string_view unit,
-                                std::string_view meaning, Access access) {
-  return {name, unit, meaning, access};
+constexpr auto access_to(Access access) {
+  if constexpr (std::is_member_object_pointer_v<Access>) {
+    return [access](auto& record) -> auto& { return record.*access; };
+  } else {
+    return access;
+  }
+}
+
+/// \param access  as in Column, or a pointer to the member
+template <class Access>
+constexpr auto column(std::string_view name, std::string_view unit, std::string_view meaning,
+                      Access access) {
+  return Column<decltype(access_to(access))>{name, unit, meaning, access_to(access)};
 }
 
 /// A whole number within limits, or an enumerator.
 template <class Access>
-constexpr Column<Access> limited_column(std::string_view name, std::string_view meaning,
-                                        Access access, double least, double largest) {
-  return {name, "", meaning, access, least, largest};
+constexpr auto limited_column(std::string_view name, std::string_view meaning, Access access,
+                              double least, double largest) {
+  auto made = column(name, "", meaning, access);
+  made.least = least;
+  made.largest = largest;
+  return made;
 }
 
 /// An instant in ns.
 template <class Access>
-constexpr Column<Access> time_column(std::string_view name, std::string_view name_of_seconds,
-                                     std::string_view meaning, Access access) {
-  Column<Access> made{name, "ns", meaning, access};
+constexpr auto time_column(std::string_view name, std::string_view name_of_seconds,
+                           std::string_view meaning, Access access) {
+  auto made = column(name, "ns", meaning, access);
   made.name_of_seconds = name_of_seconds;
   return made;
 }
@@ -64,7 +78,7 @@ constexpr void for_each_column(const Columns& columns, const Work& work) {
 /// Columns of a record, for the record of which it is a member.
 template <class Columns, class Outer>
 constexpr auto columns_within(const Columns& columns, Outer outer) {
-  const auto moved = [outer](const auto& inner) {
+  const auto moved = [outer = access_to(outer)](const auto& inner) {
     const auto access = [ outer, of = inner.access ](auto& record) -> auto& {
       return of(outer(record));
     };

@@ -17,31 +17,23 @@
 namespace merkel {
 
 inline constexpr auto kProbeSampleColumns =
-    std::tuple_cat(std::tuple(column(
-                       "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; })),
-                   columns_within(
-                       kSampleColumns, [](auto& r) -> auto& { return r.sample; }));
+    std::tuple_cat(std::tuple(column("probe", "", "from 0", &DeliveredSample::probe)),
+                   columns_within(kSampleColumns, &DeliveredSample::sample));
 
 /// Of a frame, without its bytes.
-inline constexpr auto kFrameColumns = std::tuple(
-    column(
-        "probe", "", "from 0", [](auto& r) -> auto& { return r.probe; }),
-    column(
-        "port", "", "of the probe, from 0", [](auto& r) -> auto& { return r.port; }),
-    time_column(
-        "time_ns", "time_s", "host-monotonic", [](auto& r) -> auto& { return r.frame.time; }),
-    limited_column(
-        "kind", "0 received, 1 sent, 2 opened, 3 started",
-        [](auto& r) -> auto& { return r.frame.kind; }, 0.0, number_of(RawFrame::Kind::kStarted)),
-    limited_column(
-        "length", "of the bytes", [](auto& r) -> auto& { return r.frame.length; }, 0.0,
-        static_cast<double>(RawFrame::kMaxBytes)),
-    column(
-        "parsed", "", "frames", [](auto& r) -> auto& { return r.frame.parsed; }),
-    column(
-        "damaged", "", "frames", [](auto& r) -> auto& { return r.frame.damaged; }),
-    column(
-        "lost", "", "frames", [](auto& r) -> auto& { return r.frame.lost; }));
+inline constexpr auto kFrameColumns = std::tuple_cat(
+    std::tuple(column("probe", "", "from 0", &PortFrame::probe),
+               column("port", "", "of the probe, from 0", &PortFrame::port)),
+    columns_within(
+        std::tuple(time_column("time_ns", "time_s", "host-monotonic", &RawFrame::time),
+                   limited_column("kind", "0 received, 1 sent, 2 opened, 3 started",
+                                  &RawFrame::kind, 0.0, number_of(RawFrame::Kind::kStarted)),
+                   limited_column("length", "of the bytes", &RawFrame::length, 0.0,
+                                  static_cast<double>(RawFrame::kMaxBytes)),
+                   column("parsed", "", "frames", &RawFrame::parsed),
+                   column("damaged", "", "frames", &RawFrame::damaged),
+                   column("lost", "", "frames", &RawFrame::lost)),
+        &PortFrame::frame));
 
 /// How a session stores a kind of record: the number of its stream, the type of its values, and its
 /// columns. Kinds without a specialisation have no stream of numbers.
