@@ -191,6 +191,10 @@ CommandLine& CommandLine::required() {
   return *this;
 }
 
+void CommandLine::completes(std::function<int(const CommandTree&, std::span<char* const>)> answer) {
+  choice_->complete = std::move(answer);
+}
+
 CommandTree CommandLine::tree() const {
   CommandTree tree{
       .name = app_->get_name(), .what = app_->get_description(), .options = {}, .commands = {}};
@@ -221,6 +225,9 @@ int run_command_line(int argc, char** argv, const std::function<void(CommandLine
   CommandLine line(&program, std::make_shared<CommandLine::Choice>());
   line.require_subcommand();
   declare(line);
+  if (argc > 1 && std::string_view(argv[1]) == "__complete") {
+    return after_output(line.choice_->complete(line.tree(), {argv + 2, argv + argc}));
+  }
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

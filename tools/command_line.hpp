@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,16 +66,20 @@ class CommandLine {
   CommandLine& notes(const std::string& text);
   /// Makes the option declared last mandatory.
   CommandLine& required();
-  /// What has been declared so far, with everything below.
-  [[nodiscard]] CommandTree tree() const;
+  /// Sets what answers to "merkel __complete WORDS…". \return the exit code
+  void completes(
+      std::function<int(const CommandTree& program, std::span<char* const> words)> answer);
 
  private:
   friend int run_command_line(int argc, char** argv,
                               const std::function<void(CommandLine&)>& declare);
   struct Choice {
     std::function<int()> action;
+    std::function<int(const CommandTree&, std::span<char* const>)> complete;
   };
   CommandLine(CLI::App* app, std::shared_ptr<Choice> choice);
+  /// What has been declared so far, with everything below.
+  [[nodiscard]] CommandTree tree() const;
 
   CLI::App* app_;
   CLI::Option* last_ = nullptr;

@@ -10,6 +10,7 @@ import tempfile
 import unittest
 
 PROGRAM = sys.argv.pop()
+PATH = f"{pathlib.Path(PROGRAM).resolve().parent}:/usr/bin:/bin"  # the scripts ask the program
 
 BASH = """source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); compopt() { :; }
 _merkel; printf '%s\\n' "${COMPREPLY[@]}" """
@@ -37,7 +38,7 @@ def completed(shell, *words):
         else:
             command = ["fish", "--no-config", "-c", f"source {script}; complete -C 'merkel {' '.join(words)}'"]
         done = subprocess.run(command, capture_output=True, text=True, cwd=folder,
-                              env={"PATH": "/usr/bin:/bin", "HOME": folder})
+                              env={"PATH": PATH, "HOME": folder})
         assert not done.stderr, done.stderr
         found = {line.split("\t")[0] for line in done.stdout.split("\n") if line}
         return {word for word in found if word.startswith(words[-1])}
@@ -60,7 +61,7 @@ def typed(shell, keys):
             (pathlib.Path(folder) / name).write_text(rc + "\n")
         ours, theirs = pty.openpty()
         with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder, start_new_session=True,
-                              env={"PATH": "/usr/bin:/bin", "HOME": folder, "ZDOTDIR": folder, "TERM": "dumb"}):
+                              env={"PATH": PATH, "HOME": folder, "ZDOTDIR": folder, "TERM": "dumb"}):
             os.close(theirs)
             shown = b""
             while b"READY " not in shown:

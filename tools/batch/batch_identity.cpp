@@ -12,10 +12,22 @@
 #include "drivers/files/example_file.hpp"
 #include "drivers/files/input_file.hpp"
 #include "tools/scene/machine_facts.hpp"
-#include "tools/shell_text.hpp"
 
 namespace merkel {
 namespace {
+
+/// A word of a command, in quotes where a POSIX shell needs them.
+std::string shell_word(std::string_view text) {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_-./:=,+").find(c) != std::string_view::npos;
+  };
+  const bool bare = !text.empty() && std::all_of(text.begin(), text.end(), plain);
+  if (bare) return std::string(text);
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string(R"('\'')") : std::string(1, c);
+  return quoted + "'";
+}
 
 /// A hash of a file's content, which is read once while it does not change; empty without a file.
 std::string hash_of_file(const std::string& path) {
