@@ -10,8 +10,9 @@
 namespace merkel {
 
 /// A number for a sentence: three digits, or all before the decimal point. Never "1.05e+03".
-[[nodiscard]] inline std::string number_text(double value) {
-  return std::fabs(value) >= 99.95 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+[[nodiscard]] inline std::string number_text(double value, int digits = 3) {
+  const bool whole = std::fabs(value) >= std::pow(10.0, digits - 1) - 0.05;
+  return whole ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
 }
 
 /// "1 tick", "2 ticks".

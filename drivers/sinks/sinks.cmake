@@ -64,7 +64,7 @@ if(MERKEL_BEAST_INCLUDE)
       skin_layout.js sound.js trace.js)
     list(APPEND page_files ${page_folder}/${name})
   endforeach()
-  merkel_embed(kPageFiles page_files.cpp drivers/files/embedded_text.hpp ${page_files})
+  merkel_embed(kPageFiles page_files.cpp ${page_files})
 endif()
 merkel_optional_sink(BEAST "" "${MERKEL_BEAST_INCLUDE}"
   sinks/view/view_access.cpp sinks/view/view_client.cpp sinks/view/view_connection.cpp

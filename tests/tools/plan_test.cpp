@@ -11,6 +11,7 @@
 #include "core/math/random.hpp"
 #include "core/units.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/plan/plan_report.hpp"
 #include "tools/studies/plan/rehearsal.hpp"
 #include "tools/studies/reference/cvode_membrane.hpp"
@@ -224,8 +225,9 @@ TEST(Plan, ShortensATickThatIsTooLong) {
   EXPECT_LT(scene.model.tick, std::chrono::milliseconds{5});
   EXPECT_EQ(scene.model.tick, plan->chosen.tick);
   EXPECT_EQ(std::chrono::milliseconds{5} % scene.model.tick, std::chrono::nanoseconds{0});
-  EXPECT_NE(plan_text(*plan).find("the tick is shorter than loop.tick_us (5 ms)"),
-            std::string::npos);
+  EXPECT_NE(
+      filled_text("plan", plan_json(*plan)).find("the tick is shorter than loop.tick_us (5 ms)"),
+      std::string::npos);
 }
 
 TEST(Plan, TakesTheMostAccurateMethodIfNothingFires) {
@@ -238,8 +240,9 @@ TEST(Plan, TakesTheMostAccurateMethodIfNothingFires) {
   EXPECT_EQ(plan->chosen.method, IntegrationMethod::kRk4);
   EXPECT_LE(plan->chosen.step, std::chrono::nanoseconds{12'500});
   EXPECT_FALSE(plan->chosen.meets(0.5));
-  EXPECT_NE(plan_text(*plan).find("nothing fired"), std::string::npos) << plan_text(*plan);
-  EXPECT_NE(plan_json(*plan).find("\"error_us\": null"), std::string::npos);
+  EXPECT_NE(filled_text("plan", plan_json(*plan)).find("nothing fired"), std::string::npos)
+      << filled_text("plan", plan_json(*plan));
+  EXPECT_NE(json_text(plan_json(*plan)).find("\"error_us\": null"), std::string::npos);
 }
 
 TEST(Plan, AcceptsTheSlidingScenesThatARunAccepts) {

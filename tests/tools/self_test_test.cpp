@@ -8,12 +8,14 @@
 #include <sys/wait.h>
 
 #include "core/simd/simd_target.hpp"
+#include "drivers/files/embedded_text.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
-#include "tools/embedded_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
+
+extern const std::span<const EmbeddedText> kGoldenSpikes;
 namespace {
 
 TEST(SelfTest, HasTheGoldenSpikesOfEveryPreset) {

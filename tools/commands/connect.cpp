@@ -30,6 +30,7 @@
 #include "tools/connect/recognition.hpp"
 #include "tools/connect/rest_drift.hpp"
 #include "tools/connect/skin_contact.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_file.hpp"
@@ -288,8 +289,10 @@ void print(const Measurement& measured) {
                 measured.info.taxels, layout.columns, layout.rows);
   }
   if (measured.is_hand()) std::printf("\nchannels: %zu in each reading", measured.channels.size());
-  std::printf("\n%s", timing_text(*measured.timing).c_str());
-  if (measured.counts) std::fputs(device_text(*measured.counts).c_str(), stdout);
+  std::printf("\n%s", filled_text("timing", timing_json(*measured.timing)).c_str());
+  if (measured.counts) {
+    std::fputs(filled_text("device", device_json(measured.counts)).c_str(), stdout);
+  }
   if (measured.drift) {
     const bool force = (measured.info.channels & ProbeSample::kForce) != 0U;
     std::printf("%s\n", drift_text(*measured.drift, force).c_str());

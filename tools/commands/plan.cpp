@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "tools/commands/command.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/run/long_work.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
@@ -31,7 +32,8 @@ int plan(const PlanCommand& command) {
     return make_plan(*scene);
   }();
   if (!made) return refuse(made.error());
-  std::fputs((command.json ? plan_json(*made) : plan_text(*made)).c_str(), stdout);
+  const Json facts = plan_json(*made);
+  std::fputs((command.json ? json_text(facts) : filled_text("plan", facts)).c_str(), stdout);
   return kDone;
 }
 

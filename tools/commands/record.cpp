@@ -13,6 +13,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/input/frame_tap.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
@@ -219,7 +220,7 @@ int record(const RecordOptions& options) {
         {"file", options.file}, {"samples", written}, {"device", device_json(counts)}};
     std::fputs(json_text(summary).c_str(), stdout);
   } else {
-    if (counts) std::fputs(device_text(*counts).c_str(), stderr);
+    if (counts) std::fputs(filled_text("device", device_json(counts)).c_str(), stderr);
     std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
                  options.file.c_str());
   }

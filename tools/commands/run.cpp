@@ -32,7 +32,7 @@
 #include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
-#include "tools/studies/plan/plan.hpp"
+#include "tools/studies/plan/plan_report.hpp"
 
 namespace merkel {
 namespace {
@@ -126,12 +126,11 @@ Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const
 }
 
 /// Prints the summary. \return the exit code
-int conclude(const RunOptions& options, const PreparedRun& prepared, const Plan* plan,
+int conclude(const RunOptions& options, const PreparedRun& prepared, const Json& plan,
              const RunReport& report) {
   const TactileModel& model = *prepared.model;
-  const std::string summary =
-      options.json ? summary_json(report, model, plan)
-                   : summary_text(report, model, plan, options.all, prepared.scene.preset);
+  const Json facts = summary_json(report, model, plan, prepared.scene.preset);
+  const std::string summary = options.json ? json_text(facts) : summary_text(facts, options.all);
   const auto& sinks = prepared.scene.sinks;
   const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), writes_standard_output);
   std::fputs(summary.c_str(), data_on_stdout ? stderr : stdout);
@@ -215,7 +214,7 @@ int run_scene(Scene scene, const RunOptions& options) {
   const auto report = pipeline.run();
   terminal.clear();
   if (!report) return refuse(report.error());
-  return conclude(options, *prepared, plan ? &*plan : nullptr, *report);
+  return conclude(options, *prepared, plan ? prediction_json(*plan) : Json(), *report);
 }
 
 void add_run_command(CommandLine& program) {

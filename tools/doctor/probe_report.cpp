@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/loop_summary.hpp"
 
@@ -22,8 +23,9 @@ Expected<ProbeReport, SetupError> ProbeReport::measure(Probe& probe, double seco
 }
 
 std::string ProbeReport::text() const {
-  std::string text = timing ? timing_text(*timing) : "rate: too few samples to measure it\n";
-  if (device) text += device_text(*device);
+  std::string text = timing ? filled_text("timing", timing_json(*timing))
+                            : "rate: too few samples to measure it\n";
+  if (device) text += filled_text("device", device_json(device));
   return text + fmt::format("{} reads that brought samples, processor time of each: {}\n{}\n",
                             reads.count, latency_text(reads), drift_text(drift, force));
 }

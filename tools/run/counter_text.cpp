@@ -8,10 +8,10 @@
 
 namespace merkel {
 
-std::string counter_text(const RunCounters& counters) {
+std::string counter_text(const Json& counters) {
   std::string text;
   for (const auto& field : kRunCounterFields<>) {
-    const std::uint64_t value = counters.*field.cell;
+    const auto value = counters.at(std::string(field.name)).get<std::uint64_t>();
     if (value == 0) continue;
     text +=
         fmt::format("  {:<25} {:>12} {:<2}  {}\n", field.name, value, field.unit, field.meaning);

@@ -7,8 +7,8 @@
 
 namespace merkel {
 
-/// The counters as text: one line with unit and meaning for each that is not 0.
-[[nodiscard]] std::string counter_text(const RunCounters& counters);
+/// The counters of add_counters() as text: one line with unit and meaning for each that is not 0.
+[[nodiscard]] std::string counter_text(const Json& counters);
 
 /// "  3 overruns  21 skipped ticks": the faults so far on one line; empty without faults.
 [[nodiscard]] std::string fault_text(const RunCounters& counters);

@@ -7,9 +7,7 @@
 
 namespace merkel {
 
-/// The real-time performance of a run as text; empty for a run on the virtual clock.
-[[nodiscard]] std::string loop_text(const RunReport& report);
-/// The same as JSON; null for a run on the virtual clock.
+/// The real-time performance of a run, for the text "loop"; null for a run on the virtual clock.
 [[nodiscard]] Json loop_json(const RunReport& report);
 /// {count, p50_us, p99_us, p99.9_us, max_us}; null if nothing was measured.
 [[nodiscard]] Json latency_json(const LatencySummary& latency);

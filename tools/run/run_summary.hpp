@@ -5,18 +5,17 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
-#include "tools/studies/plan/plan.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
-/// The summary at the end of a run as text. \param plan  the plan that chose the method; null: none
-/// \param preset  of the scene: tells to which presses its afferents are fitted
-[[nodiscard]] std::string summary_text(const RunReport& report, const TactileModel& model,
-                                       const Plan* plan = nullptr, bool all_afferents = false,
-                                       std::string_view preset = {});
+/// All that a run's summary says. \param plan  prediction_json() of the plan that chose the method;
+/// null: none \param preset  of the scene: tells to which presses its afferents are fitted
+[[nodiscard]] Json summary_json(const RunReport& report, const TactileModel& model,
+                                const Json& plan, std::string_view preset);
 
-/// The same as one JSON object.
-[[nodiscard]] std::string summary_json(const RunReport& report, const TactileModel& model,
-                                       const Plan* plan = nullptr);
+/// The same as text, with all counters that are not 0. \param all_afferents  false: the ten most
+/// active
+[[nodiscard]] std::string summary_text(Json summary, bool all_afferents);
 
 }  // namespace merkel

@@ -10,14 +10,14 @@
 
 namespace merkel {
 
-/// The deepest press of a probe, with what drove it and how far the contact law holds.
-/// \param preset  of the scene
-[[nodiscard]] std::string touch_text(const RunReport& report, const TactileModel& model,
-                                     std::size_t probe, std::string_view preset);
+/// "thumb" if patches have names, else "probe 2"; empty if it is the only one.
+[[nodiscard]] std::string name_of_probe(const TactileModel& model, std::size_t probe);
 
-/// The same press. Quantities that the contact does not have, such as the radius of a flat tip, are
-/// null.
-[[nodiscard]] Json press_json(const TactileModel& model, std::size_t probe);
+/// The deepest press of a probe, with what drove it and how far the contact law holds. Quantities
+/// that the contact does not have, such as the radius of a flat tip, are null. \param preset  of
+/// the scene: tells to which presses its afferents are fitted
+[[nodiscard]] Json press_json(const TactileModel& model, std::size_t probe,
+                              std::string_view preset);
 
 /// Of a probe that measures both, force and depth at that press beside the model's force; else
 /// null.

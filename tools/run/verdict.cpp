@@ -471,29 +471,6 @@ std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& mod
   return RunChecks(report, model).findings();
 }
 
-std::string verdict_text(const std::vector<Finding>& findings, const RunReport& report) {
-  if (!report.error_message.empty()) return "verdict: the run stopped: see the error\n";
-  if (findings.empty()) {
-    std::uint64_t late = 0;
-    for (const RunReport::ProbeReport& probe : report.probes) late += probe.counts.late;
-    std::string text = "verdict: no losses";
-    text += late == 0 ? ": no sample was late"
-                      : fmt::format(": only {} {} late", counted(late, "sample"), was(late));
-    if (!report.sinks.empty()) {
-      text += report.spikes == 1 ? ", the one spike was delivered"
-                                 : fmt::format(", all {} spikes were delivered", report.spikes);
-    } else if (report.spikes > 0) {
-      text += ". The spikes were not stored: add --sink csv:spikes.csv";
-    }
-    return text + "\n";
-  }
-  std::string text = "verdict:\n";
-  for (const Finding& finding : findings) {
-    text += "  " + finding.sentence + ". Remedy: " + finding.remedy + ".\n";
-  }
-  return text;
-}
-
 std::string findings_text(const std::vector<Finding>& findings) {
   if (findings.empty()) return "ok";
   std::string text;

@@ -28,10 +28,7 @@ struct Finding {
 /// went well.
 [[nodiscard]] std::vector<Finding> verdict_of(const RunReport& report, const TactileModel& model);
 
-/// The findings as text, one per line; without findings, a line that all went well.
-[[nodiscard]] std::string verdict_text(const std::vector<Finding>& findings,
-                                       const RunReport& report);
-/// The same as one line of a table: the findings, or "ok".
+/// The findings as one line of a table, or "ok".
 [[nodiscard]] std::string findings_text(const std::vector<Finding>& findings);
 [[nodiscard]] Json verdict_json(const std::vector<Finding>& findings);
 

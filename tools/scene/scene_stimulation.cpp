@@ -4,11 +4,13 @@
 #include <string>
 #include <utility>
 
+#include "drivers/files/embedded_text.hpp"
 #include "drivers/files/input_file.hpp"
-#include "tools/embedded_text.hpp"
 #include "tools/scene/scene_keys.hpp"
 
 namespace merkel {
+
+extern const std::span<const EmbeddedText> kStimulatorProfiles;  ///< stimulators/*.toml
 namespace {
 
 using Findings = SceneTable::Findings;

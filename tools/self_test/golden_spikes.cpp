@@ -4,14 +4,16 @@
 #include <sstream>
 
 #include "core/simd/simd_target.hpp"
+#include "drivers/files/embedded_text.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/pipeline.hpp"
-#include "tools/embedded_text.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/self_test/self_test.hpp"
 
 namespace merkel {
+
+extern const std::span<const EmbeddedText> kGoldenSpikes;  ///< tests/golden/PRESET.taps.csv
 namespace {
 
 /// The press of tests/traces/taps.csv.

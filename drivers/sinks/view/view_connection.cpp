@@ -15,6 +15,8 @@
 #include "drivers/sinks/view/view_client.hpp"
 
 namespace merkel {
+
+extern const std::span<const EmbeddedText> kPageFiles;
 namespace {
 
 namespace beast = boost::beast;

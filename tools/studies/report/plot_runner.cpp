@@ -5,11 +5,13 @@
 
 #include <unistd.h>
 
+#include "drivers/files/embedded_text.hpp"
 #include "tools/child_process.hpp"
-#include "tools/embedded_text.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace merkel {
+
+extern const std::span<const EmbeddedText> kPlotScripts;  ///< tools/plots/*.py
 namespace {
 
 /// Prefers Debian's interpreter, because other ones do not see Debian's packages.

@@ -3,13 +3,13 @@
 #include <utility>
 
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/files/embedded_text.hpp"
 #include "drivers/files/input_file.hpp"
 #include "tools/studies/score/recorded_trials.hpp"
 
 namespace merkel {
 
-/// The text of tools/studies/score/physiology.json, built into the program.
-extern const char* const kPublishedRecordings;
+extern const std::span<const EmbeddedText> kPublishedRecordings;  ///< physiology.json
 
 Expected<Recordings, SetupError> read_recordings(const std::string& path,
                                                  const ContactDecision::Parameters& contact) {
@@ -27,7 +27,8 @@ Expected<Recordings, SetupError> read_recordings(const std::string& path,
 }
 
 Recordings published_recordings() {
-  return parse_recordings(kPublishedRecordings, "physiology.json").value();
+  return parse_recordings(std::string(kPublishedRecordings.front().text), "physiology.json")
+      .value();
 }
 
 Expected<Recordings, SetupError> recordings_named(const std::string& path,
