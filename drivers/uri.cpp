@@ -1,23 +1,13 @@
 #include "drivers/uri.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <vector>
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
-namespace {
-
-template <class Number>
-bool parse_whole(std::string_view text, Number& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
-}  // namespace
-
 Expected<Uri, SetupError> Uri::parse(std::string_view text) {
   Uri uri;
   uri.text = text;
@@ -67,26 +57,26 @@ void UriOptions::fail(std::string_view key, std::string_view expectation) {
 double UriOptions::number(std::string_view key, double fallback, double low, double high) {
   const std::string* text = find(key);
   if (text == nullptr) return fallback;
-  double number = 0.0;
-  if (!parse_whole(*text, number) || !(number >= low && number <= high)) {
+  const auto number = parsed_number<double>(*text);
+  if (!number || !(*number >= low && *number <= high)) {
     fail(key, "a number from " + shortest_decimal(low) + " to " + shortest_decimal(high) +
                   ", but is \"" + *text + "\"");
     return fallback;
   }
-  return number;
+  return *number;
 }
 
 std::int64_t UriOptions::whole(std::string_view key, std::int64_t fallback, std::int64_t low,
                                std::int64_t high) {
   const std::string* text = find(key);
   if (text == nullptr) return fallback;
-  std::int64_t number = 0;
-  if (!parse_whole(*text, number) || number < low || number > high) {
+  const auto number = parsed_number<std::int64_t>(*text);
+  if (!number || *number < low || *number > high) {
     fail(key, "a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
                   ", but is \"" + *text + "\"");
     return fallback;
   }
-  return number;
+  return *number;
 }
 
 std::string UriOptions::text(std::string_view key, std::string_view fallback) {

@@ -1,13 +1,13 @@
 #include "drivers/probes/channel_selection.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
 
 #include "core/parameters/nearest_name.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/device_units.hpp"
 
@@ -22,13 +22,11 @@ std::string_view without_unit(std::string_view name) { return name.substr(0, nam
 /// A channel by its name, by its name without the unit, or by its column.
 Expected<ChannelName, std::string> find(std::string_view name,
                                         std::span<const ChannelName> channels) {
-  std::size_t column = 0;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), column);
-  const bool number = error == std::errc{} && end == name.data() + name.size();
+  const auto column = parsed_number<std::size_t>(name);
   std::vector<ChannelName> found;
   for (const ChannelName& each : channels) {
     if (each.name == name || in_unit_of_readings(each) == name) return each;
-    if (number ? each.column == column : without_unit(each.name) == name) found.push_back(each);
+    if (column ? each.column == *column : without_unit(each.name) == name) found.push_back(each);
   }
   if (found.size() == 1) return found.front();
   if (found.size() > 1) {
@@ -38,9 +36,9 @@ Expected<ChannelName, std::string> find(std::string_view name,
   }
   std::vector<std::string> names;
   for (const ChannelName& each : channels) names.push_back(each.name);
-  const std::string nearest = number ? "" : nearest_name(std::string(name), names);
+  const std::string nearest = column ? "" : nearest_name(std::string(name), names);
   return Unexpected<std::string>(
-      (number ? "column " + std::string(name) + " is no force and no length"
+      (column ? "column " + std::string(name) + " is no force and no length"
               : "there is no channel \"" + std::string(name) + "\"") +
       (nearest.empty() ? ": " : ": did you mean " + nearest + "? ") +
       (channels.empty() ? "the device names none" : "The device has " + listed_channels(channels)));
@@ -54,14 +52,13 @@ std::optional<ChannelSelection::Taxels> parse_taxels(std::string_view text) {
   ChannelSelection::Taxels taxels;
   const std::string_view size = text.substr(0, text.find(':'));
   if (size.size() < text.size()) taxels.prefix = text.substr(size.size() + 1);
-  const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), taxels.count);
-  if (error != std::errc{} || taxels.count < 1 || taxels.count > kMaxTaxels) return std::nullopt;
-  if (end == size.data() + size.size()) return taxels;
-  std::uint64_t area_um2 = 0;
-  const auto area = std::from_chars(end + 1, size.data() + size.size(), area_um2);
-  const bool whole = *end == '*' && area.ec == std::errc{} && area.ptr == size.data() + size.size();
-  if (!whole || area_um2 == 0) return std::nullopt;
-  taxels.area_mm2 = static_cast<double>(area_um2) / kUm2_per_mm2;
+  const std::size_t star = size.find('*');
+  taxels.count = parsed_number<std::size_t>(size.substr(0, star)).value_or(0);
+  if (taxels.count < 1 || taxels.count > kMaxTaxels) return std::nullopt;
+  if (star == std::string_view::npos) return taxels;
+  const auto area_um2 = parsed_number<std::uint64_t>(size.substr(star + 1));
+  if (area_um2.value_or(0) == 0) return std::nullopt;
+  taxels.area_mm2 = static_cast<double>(*area_um2) / kUm2_per_mm2;
   return taxels;
 }
 

@@ -1,5 +1,4 @@
 // Compiled only if comedilib is found.
-#include <charconv>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -8,6 +7,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/probes/open_device.hpp"
 #include "drivers/protocols/analog_scans.hpp"
@@ -22,11 +22,9 @@ constexpr std::size_t kMaxAnalogChannels = 64;
 std::vector<unsigned> analog_channels(std::string_view text) {
   std::vector<unsigned> channels;
   for (std::string_view rest = text; !rest.empty();) {
-    const std::string_view part = take_field(rest);
-    unsigned channel = 0;
-    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), channel);
-    if (error != std::errc{} || end != part.data() + part.size()) return {};
-    channels.push_back(channel);
+    const auto channel = parsed_number<unsigned>(take_field(rest));
+    if (!channel) return {};
+    channels.push_back(*channel);
   }
   return channels;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/text_row.hpp"
@@ -55,13 +56,8 @@ bool add_names(std::string_view text, std::vector<std::string>& names) {
     names.emplace_back(text);
     return true;
   }
-  int count = 0;
-  const auto [end, error] =
-      std::from_chars(text.data() + star + 1, text.data() + text.size(), count);
-  if (error != std::errc{} || end != text.data() + text.size() || count < 1 ||
-      count > kMaxRepeated) {
-    return false;
-  }
+  const int count = parsed_number<int>(text.substr(star + 1)).value_or(0);
+  if (count < 1 || count > kMaxRepeated) return false;
   const NamedCell cell(text.substr(0, star));
   for (int i = 1; i <= count; ++i) names.push_back(cell.numbered(static_cast<std::size_t>(i)));
   return true;

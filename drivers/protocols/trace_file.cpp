@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -16,6 +15,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/sample_limits.hpp"
@@ -237,11 +237,8 @@ Expected<void, SetupError> TraceReader::choose_taxels() {
 void TraceReader::read_comment(std::string_view line) {
   const auto read_ns = [line](std::string_view name, std::optional<std::int64_t>& value) {
     if (!line.starts_with(name)) return;
-    const std::string_view text = line.substr(name.size());
-    std::int64_t number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    const bool whole = error == std::errc{} && end == text.data() + text.size();
-    if (whole && number > -kLatestTraceTime_ns && number < kLatestTraceTime_ns) value = number;
+    const auto number = parsed_number<std::int64_t>(line.substr(name.size()));
+    if (number && *number > -kLatestTraceTime_ns && *number < kLatestTraceTime_ns) value = number;
   };
   read_ns(kTraceStart, start_device_ns_);
   read_ns(kTraceOffset, time_offset_ns_);

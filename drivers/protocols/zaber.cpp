@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
@@ -28,18 +28,10 @@ std::string_view take_part(std::string_view& rest) noexcept {
   return word;
 }
 
-std::optional<int> whole(std::string_view text, int radix) noexcept {
-  int number = 0;
-  const char* const end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, number, radix);
-  if (result.ec != std::errc{} || result.ptr != end) return std::nullopt;
-  return number;
-}
-
 /// Removes an optional checksum ":XX" from a message. False if it is wrong.
 bool take_checksum(std::string_view& message) noexcept {
   if (message.size() < 4 || message[message.size() - 3] != ':') return true;
-  const auto given = whole(message.substr(message.size() - 2), 16);
+  const auto given = parsed_number<int>(message.substr(message.size() - 2), 16);
   message.remove_suffix(3);
   unsigned sum = 0;
   for (const char c : message.substr(1)) sum += static_cast<unsigned char>(c);
@@ -100,8 +92,8 @@ class Zaber final : public LineProtocol {
   bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
     if (message.front() == '#') return true;  // information for users
     std::string_view rest = message.substr(1);
-    const auto address = whole(take_part(rest), 10);
-    const auto axis = whole(take_part(rest), 10);
+    const auto address = parsed_number<int>(take_part(rest));
+    const auto axis = parsed_number<int>(take_part(rest));
     if (!address || !axis) return false;
     if (*address != address_) return true;
     if (message.front() == '!') {

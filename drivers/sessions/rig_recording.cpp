@@ -1,7 +1,6 @@
 #include "drivers/sessions/rig_recording.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include <pugixml.hpp>
 
 #include "core/units.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/sample_limits.hpp"
 #include "drivers/sessions/byte_span.hpp"
 
@@ -23,13 +23,6 @@ using std::chrono::nanoseconds;
 
 constexpr double kFarthest_s = 4e9;  ///< the difference of two times fits into 64-bit ns
 constexpr double kClosing_s = 2.0;   ///< longest time from the end of a run to its closed outlets
-
-std::optional<std::int64_t> whole_of(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 bool is_time(double time_s) { return std::fabs(time_s) <= kFarthest_s; }
 
@@ -116,7 +109,8 @@ Expected<void, SetupError> RigRecording::take(const std::map<std::uint32_t, Foun
       description = info.child("desc");
     } else if (part.starts_with("samples") && format == "double64") {
       stream.kind = Stream::Kind::kSamples;
-      const auto probe = part == "samples" ? 0 : whole_of(part.substr(part.rfind('.') + 1));
+      const auto probe =
+          part == "samples" ? 0 : parsed_number<std::int64_t>(part.substr(part.rfind('.') + 1));
       stream.probe = static_cast<std::uint32_t>(
           std::clamp<std::int64_t>(probe.value_or(0), 0, kMaxSessionProbes - 1));
       for (const pugi::xml_node& one : info.child("desc").child("channels").children("channel")) {
@@ -138,8 +132,10 @@ Expected<void, SetupError> RigRecording::take(const std::map<std::uint32_t, Foun
   std::int64_t utc_ns = 0;
   for (const pugi::xml_node& node : description.child("merkel")) {
     const std::string_view name = node.name();
-    if (name == "clock_monotonic_ns") monotonic_ns = whole_of(node.child_value()).value_or(0);
-    if (name == "clock_utc_ns") utc_ns = whole_of(node.child_value()).value_or(0);
+    if (name == "clock_monotonic_ns")
+      monotonic_ns = parsed_number<std::int64_t>(node.child_value()).value_or(0);
+    if (name == "clock_utc_ns")
+      utc_ns = parsed_number<std::int64_t>(node.child_value()).value_or(0);
     facts_.emplace_back(name, node.child_value());
   }
   for (const pugi::xml_node& each : description.child("afferents").children("afferent")) {

@@ -1,12 +1,12 @@
 #include "drivers/sessions/session_reader.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <tuple>
 
 #include <pugixml.hpp>
 
+#include "drivers/parsed_number.hpp"
 #include "drivers/sessions/byte_span.hpp"
 #include "drivers/sessions/session_items.hpp"
 
@@ -16,10 +16,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 nanoseconds time_fact(const SessionReader& session, std::string_view name) {
-  const std::string text = session.fact(name);
-  std::int64_t value = 0;
-  std::from_chars(text.data(), text.data() + text.size(), value);
-  return nanoseconds{value};
+  return nanoseconds{parsed_number<std::int64_t>(session.fact(name)).value_or(0)};
 }
 
 /// The longest list of ticks that is put in order.

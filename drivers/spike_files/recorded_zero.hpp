@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "drivers/files/input_file.hpp"
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 
@@ -57,14 +57,10 @@ class RecordedZero {
   static constexpr std::size_t kMaxBytes = 4096;
 
   static std::optional<std::chrono::nanoseconds> whole(std::string_view text) {
-    std::int64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     constexpr std::int64_t kMax = 4'000'000'000'000'000'000;  // whose differences fit
-    if (error != std::errc{} || end != text.data() + text.size() || value > kMax / 2 ||
-        value < -kMax / 2) {
-      return std::nullopt;
-    }
-    return std::chrono::nanoseconds{value};
+    const auto value = parsed_number<std::int64_t>(text);
+    if (!value || *value > kMax / 2 || *value < -kMax / 2) return std::nullopt;
+    return std::chrono::nanoseconds{*value};
   }
 
   std::optional<std::chrono::nanoseconds> offset_;

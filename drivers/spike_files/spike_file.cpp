@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -13,24 +12,12 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/line_reader.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sessions/session_samples.hpp"
 #include "drivers/spike_files/recorded_zero.hpp"
 
 namespace merkel {
-namespace {
-
-using std::chrono::nanoseconds;
-
-std::optional<std::uint32_t> neuron_of(std::string_view field) {
-  std::uint32_t neuron = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), neuron);
-  if (error != std::errc{} || end != field.data() + field.size() || neuron == 0)
-    return std::nullopt;
-  return neuron;
-}
-
-}  // namespace
 
 Expected<SpikeFile, SetupError> read_csv_spikes(const std::string& path) {
   auto lines = LineReader::open(path);
@@ -43,8 +30,8 @@ Expected<SpikeFile, SetupError> read_csv_spikes(const std::string& path) {
     const bool header = file.spikes.empty() && line.starts_with("time_s,neuron");
     if (line.empty() || line.starts_with('#') || header) continue;
     const auto time = parse_seconds(take_field(line));
-    const auto neuron = neuron_of(take_field(line));
-    if (!neuron || !time) {
+    const auto neuron = parsed_number<std::uint32_t>(take_field(line));
+    if (neuron.value_or(0) == 0 || !time) {
       return bad_input(lines->where() +
                        "this is not a spike: expected a header time_s,neuron and rows of them");
     }

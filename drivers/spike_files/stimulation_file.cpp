@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -11,6 +10,7 @@
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/line_reader.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
 #include "drivers/spike_files/recorded_zero.hpp"
 
@@ -36,11 +36,9 @@ auto named(const Words& words, std::string_view name) {
 
 /// Whole nanoseconds; 0 for a field that older files lack.
 std::optional<std::chrono::nanoseconds> parse_ns(std::string_view text) {
-  std::int64_t count = 0;
-  if (text.empty()) return std::chrono::nanoseconds{0};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  if (error != std::errc() || end != text.data() + text.size() || count < 0) return std::nullopt;
-  return std::chrono::nanoseconds{count};
+  const auto count = text.empty() ? 0 : parsed_number<std::int64_t>(text);
+  if (!count || *count < 0) return std::nullopt;
+  return std::chrono::nanoseconds{*count};
 }
 
 bool is_command_header(std::string_view line) {

@@ -1,10 +1,11 @@
 #include "drivers/transports/host_name.hpp"
 
 #include <array>
-#include <charconv>
 
 #include <arpa/inet.h>
 #include <netdb.h>
+
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 
@@ -18,10 +19,8 @@ std::optional<HostAndPort> HostAndPort::parse(std::string_view text) {
   }
   address.host = host;
   const std::string_view port = text.substr(colon + 1);
-  const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
-  if (error != std::errc{} || end != port.data() + port.size() || address.port == 0) {
-    return std::nullopt;
-  }
+  address.port = parsed_number<decltype(address.port)>(port).value_or(0);
+  if (address.port == 0) return std::nullopt;
   return address;
 }
 

@@ -1,20 +1,17 @@
 #include "drivers/transports/usb_name.hpp"
 
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <utility>
+
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 namespace {
 
 std::optional<std::uint16_t> hexadecimal(std::string_view text) {
-  std::uint16_t number = 0;
-  const char* const end = text.data() + text.size();
-  const auto result = std::from_chars(text.data(), end, number, 16);
-  if (result.ec != std::errc{} || result.ptr != end || text.size() > 4) return std::nullopt;
-  return number;
+  return text.size() > 4 ? std::nullopt : parsed_number<std::uint16_t>(text, 16);
 }
 
 }  // namespace

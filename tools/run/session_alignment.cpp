@@ -1,7 +1,6 @@
 #include "tools/run/session_alignment.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -9,6 +8,7 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 namespace {
@@ -25,10 +25,9 @@ constexpr double kClockSet = 1e-2;
 std::optional<nanoseconds> clock_error_of(const SessionReader& session) {
   const std::string text =
       session.fact(session.fact("recorder").empty() ? "utc_error_ns" : "clock_error_ns");
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || value < 0) return std::nullopt;
-  return nanoseconds{value};
+  const auto value = parsed_number<std::int64_t>(text);
+  if (!value || *value < 0) return std::nullopt;
+  return nanoseconds{*value};
 }
 
 /// How far the times of a session may be from its UTC, apart from the error of its UTC.

@@ -1,7 +1,6 @@
 #include "tools/scene/session_scene.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "core/parameters/range.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/sessions/session_samples.hpp"
 #include "drivers/uri.hpp"
@@ -23,13 +23,6 @@ constexpr std::size_t kMaxProbes = 64;
 /// Present in sessions that number the neurons consecutively through all patches.
 constexpr const char* kNumbering = "neuron_numbers";
 constexpr const char* kThroughPatches = "through all patches";
-
-std::optional<std::uint64_t> to_seed(std::string_view text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return seed;
-}
 
 /// Heights of a measured shape, so that a session needs no other file.
 constexpr const char* kShapeFact = "shape_heights_mm";
@@ -242,7 +235,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
   // The command line may have set seeds that differ from the scene's.
   for (const NamedSeed& each : seeds_of(scene->model)) {
     if (each.value == nullptr) continue;
-    const auto seed = to_seed(session.fact(each.name));
+    const auto seed = parsed_number<std::uint64_t>(session.fact(each.name));
     if (!seed) return bad_input("the session lacks its seeds: it is damaged");
     *each.value = *seed;
   }
@@ -251,7 +244,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     return bad_input("the session lacks its seeds: it is damaged");
   }
   for (std::size_t i = 0; i < receptor_seeds.size(); ++i) {
-    const auto seed = to_seed(receptor_seeds[i]);
+    const auto seed = parsed_number<std::uint64_t>(receptor_seeds[i]);
     if (!seed) return bad_input("the session lacks its seeds: it is damaged");
     scene->model.patches[i].receptors.seed = *seed;
   }
@@ -263,7 +256,7 @@ Expected<Scene, SetupError> scene_of_session(const SessionReader& session) {
     paper->precision = session.fact("precision") == name_of(Precision::kFloat) ? Precision::kFloat
                                                                                : Precision::kDouble;
   }
-  if (const auto step = to_seed(session.fact("step_ns")); step && *step > 0) {
+  if (const auto step = parsed_number<std::uint64_t>(session.fact("step_ns")); step && *step > 0) {
     scene->model.step = std::chrono::nanoseconds{static_cast<std::int64_t>(*step)};
   }
   return scene;

@@ -1,7 +1,8 @@
 #include "drivers/sinks/view/view_request.hpp"
 
-#include <charconv>
 #include <cmath>
+
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 namespace {
@@ -16,18 +17,10 @@ std::string_view take_word(std::string_view& text) {
   return word;
 }
 
-template <class Number>
-std::optional<Number> number_of(std::string_view word) {
-  Number value{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
-  return value;
-}
-
 std::optional<ViewRequest> watch(std::string_view words) {
   ViewRequest request{.kind = ViewRequest::Kind::kWatch};
   for (auto word = take_word(words); !word.empty(); word = take_word(words)) {
-    const auto neuron = number_of<std::uint32_t>(word);
+    const auto neuron = parsed_number<std::uint32_t>(word);
     if (!neuron || request.neurons.size() == ViewRequest::kMaxWatched) return std::nullopt;
     request.neurons.push_back(*neuron);
   }
@@ -55,14 +48,15 @@ std::optional<ViewRequest> ViewRequest::parse(std::string_view text) {
   const std::string_view word = take_word(text);
   if (!take_word(text).empty()) return std::nullopt;
   if (verb == "tare") {
-    const auto probe = word == "all" ? std::optional(kAllProbes) : number_of<std::uint32_t>(word);
+    const auto probe =
+        word == "all" ? std::optional(kAllProbes) : parsed_number<std::uint32_t>(word);
     if (!probe) return std::nullopt;
     return ViewRequest{.kind = Kind::kTare, .probe = *probe};
   }
   if (verb == "record" && word == "start") return ViewRequest{.kind = Kind::kRecordStart};
   if (verb == "record" && word == "stop") return ViewRequest{.kind = Kind::kRecordStop};
   if (verb == "seek") {
-    const auto time_s = number_of<double>(word);
+    const auto time_s = parsed_number<double>(word);
     if (!time_s || !(*time_s >= 0.0 && *time_s <= kMaxSession_s)) return std::nullopt;
     return ViewRequest{.kind = Kind::kSeek, .time_s = *time_s};
   }

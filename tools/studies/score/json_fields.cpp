@@ -7,6 +7,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
+#include "drivers/parsed_number.hpp"
 
 namespace merkel {
 
@@ -77,9 +78,7 @@ std::vector<double> JsonFields::numbers_of(const Json& value, const std::string&
 void JsonFields::finish() {
   for (const auto& [key, value] : object_.items()) {
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-    double bare = 0.0;
-    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), bare);
-    if (error == std::errc() && end == key.data() + key.size()) {
+    if (parsed_number<double>(key)) {
       refuse_field(full(key), "has no unit: add one to the name, as in \"20Hz\" or \"0.65mm\"");
     }
     const std::string nearest = nearest_name(key, known_);
