@@ -73,18 +73,33 @@ class Filling {
   std::string section(std::string_view& text) {
     const std::string_view condition = taken(text, "?*");
     const bool each = *(text.data() - 1) == '*';
-    const std::string_view body = text;
-    std::string filled;
     const Json& value = value_at(condition);
-    const bool array = each && value.is_array() && !value.empty();
+    std::string filled;
+    if (each ? !is_something(value) : !holds(condition)) {
+      skip_section(text);
+      return filled;
+    }
+    const std::string_view body = text;
+    const bool array = each && value.is_array();
     for (std::size_t i = 0; i < (array ? value.size() : 1); ++i) {
       text = body;
       if (each) scopes_.push_back({array ? &value[i] : &value, i + 1});
-      const std::string once = part(text);
+      filled += part(text);
       if (each) scopes_.pop_back();
-      if (each ? is_something(value) : holds(condition)) filled += once;
     }
     return filled;
+  }
+
+  static void skip_section(std::string_view& text) {
+    for (int open = 1; open > 0 && !text.empty();) {
+      taken(text, "<{>");
+      const char mark = *(text.data() - 1);
+      if (mark == '{') {
+        taken(text, "}");
+      } else {
+        open += mark == '<' ? 1 : -1;
+      }
+    }
   }
 
   std::string field(std::string_view name) {
@@ -96,8 +111,7 @@ class Filling {
       return all.substr(0, all.find_last_not_of('\n') + 1);
     }
     if (const auto noun = name.find('#'); noun != name.npos) {
-      const Json& value = value_at(name.substr(0, noun));
-      const auto count = value.is_number() ? value.get<std::uint64_t>() : 0;
+      const auto count = value_at(name.substr(0, noun)).get<std::uint64_t>();
       std::string_view many = name.substr(noun + 1);
       const std::string_view one = taken(many, "|");
       return many.empty() ? counted(count, one)

@@ -20,6 +20,8 @@ struct Finding {
   };
   Severity severity = Severity::kNote;
   double weight = 0.0;  ///< affected share of the run; orders findings of equal severity
+  std::string kind;     ///< "late"
+  Json facts;           ///< that the sentence says
   std::string sentence;
   std::string remedy;
 };
