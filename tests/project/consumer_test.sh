@@ -16,6 +16,15 @@ if ninja -C "$work/build" -t deps | grep readerwriterqueue; then
 fi
 "$work/build/consumer"
 
+# The same program by pkg-config, from a folder that moved.
+mv "$work/prefix" "$work/moved"
+pc=$(cd "$work/moved" && find . -name merkel.pc -printf '%h')
+flags=$(PKG_CONFIG_PATH="$work/moved/$pc" pkg-config --cflags --libs merkel)
+# shellcheck disable=SC2086  # words
+"${CXX:-c++}" -std=c++20 "$1/tests/consumer/consumer.cpp" $flags -o "$work/by_pkg_config"
+"$work/by_pkg_config"
+mv "$work/moved" "$work/prefix"
+
 # The program, installed: its version names the commit, and the unit names the program.
 "$work/prefix/bin/merkel" --version | grep -E '^merkel [0-9.]+ \(([0-9a-f]{40}(-dirty)?|unknown)\)$'
 grep -x "ExecStart=$work/prefix/bin/merkel run /etc/merkel/%i.toml" \

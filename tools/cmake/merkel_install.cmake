@@ -21,6 +21,35 @@ install(FILES
   ${PROJECT_BINARY_DIR}/merkel-config.cmake ${PROJECT_BINARY_DIR}/merkel-config-version.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/merkel COMPONENT development)
 
+# The same for pkg-config: the static libraries, from the last to the first, and what they link.
+set(links)
+set(further)
+foreach(library IN LISTS libraries)
+  string(PREPEND links " -l${library}")
+  get_target_property(linked ${library} INTERFACE_LINK_LIBRARIES)
+  foreach(each IN LISTS linked)
+    string(REGEX REPLACE "^[$]<LINK_ONLY:(.*)>$" "\\1" each "${each}")
+    if(each MATCHES "^(.*)/lib([^/]+)[.](so|a)$")
+      if(NOT CMAKE_MATCH_1 IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
+        list(APPEND further -L${CMAKE_MATCH_1})
+      endif()
+      list(APPEND further -l${CMAKE_MATCH_2})
+    elseif(each STREQUAL Threads::Threads)
+      list(APPEND further -pthread)
+    elseif(each MATCHES "^((hwy|LSL)::)?([a-z0-9.-]+)$")
+      list(APPEND further -l${CMAKE_MATCH_3})
+    endif()
+  endforeach()
+endforeach()
+list(REMOVE_DUPLICATES further)
+list(JOIN further " " further)
+string(APPEND links " ${further}")
+file(RELATIVE_PATH up /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
+string(REGEX REPLACE "/$" "" up "${up}")
+configure_file(${CMAKE_CURRENT_LIST_DIR}/merkel.pc.in ${PROJECT_BINARY_DIR}/merkel.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/merkel.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
 if(TARGET merkel)
   install(TARGETS merkel COMPONENT runtime)
   # udev and systemd look below /usr/lib, /usr/local/lib and /etc: another prefix is harmless.

@@ -62,8 +62,9 @@ set(libraries "libexpected-dev, libhwy-dev, libpugixml-dev")
 string(APPEND libraries ", libserialport-dev, libhidapi-dev, libusb-1.0-0-dev, libzmq3-dev, libhiredis-dev, liblo-dev, libhdf5-dev, libcomedi-dev")
 merkel_package(development
   NAME libmerkel-dev SECTION libdevel DEPENDS "${libraries}"
-  DESCRIPTION "Static libraries, headers and a CMake package: the model, the
-drivers and the real-time loop of merkel, for find_package(merkel).")
+  DESCRIPTION "Static libraries, headers, a CMake package and a pkg-config file: the model,
+the drivers and the real-time loop of merkel, for find_package(merkel) and
+pkg-config merkel.")
 
 # tools/python
 if(TARGET merkel_python)
