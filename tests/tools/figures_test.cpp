@@ -54,5 +54,25 @@ TEST(Figures, DoNotReplaceFilesUnasked) {
   EXPECT_NE(run.err.find("--overwrite"), std::string::npos);
 }
 
+TEST(Plots, AreTitledByNamesWithoutFolderAndExtension) {
+  const TemporaryFolder folder;
+  for (const char* const name : {"left", "right"}) {
+    std::filesystem::create_directory(folder.path(name));
+  }
+  std::vector<std::string> arguments = {"plot"};
+  for (const char* const name : {"left/press.csv", "right/press.csv", "right/taps.csv"}) {
+    arguments.push_back(folder.file(name, "time_s,neuron\n0.1,1\n0.2,1\n"));
+  }
+  const std::string picture = folder.path("p.svg");
+  arguments.insert(arguments.end(), {"--out", picture});
+  const auto run = run_program(arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  // Of each text, a picture has a comment.
+  const std::string svg = read_file(picture);
+  for (const char* const title : {"left/press", "right/press", "taps"}) {
+    EXPECT_NE(svg.find("<!-- " + std::string(title) + " -->"), std::string::npos) << title;
+  }
+}
+
 }  // namespace
 }  // namespace merkel

@@ -6,6 +6,7 @@ spikes.csv, commands.csv and afferents.csv (merkel plot).
 
 import collections
 import pathlib
+import re
 import sys
 
 from tables import plt, read_table, select
@@ -16,6 +17,12 @@ SHOWN = 40  # rows of a raster
 def read(folder, name):
     path = pathlib.Path(folder, name + ".csv")
     return read_table(path) if path.exists() else {}
+
+
+def titles(files):
+    """The names of files: without folder and extension (press.xdf@left: press@left); with the folder where two are alike."""
+    names = [re.sub(r"[.][^.@]*(?=@|$)", "", pathlib.Path(file).name) for file in files]
+    return [f"{pathlib.Path(file).parent.name}/{name}" if names.count(name) > 1 else name for file, name in zip(files, names)]
 
 
 class Column:
@@ -106,7 +113,7 @@ class Column:
 
 def main():
     picture, arguments = sys.argv[1], sys.argv[2:]
-    columns = [Column(folder, title) for folder, title in zip(arguments[::2], arguments[1::2])]
+    columns = [Column(folder, title) for folder, title in zip(arguments[::2], titles(arguments[1::2]))]
     if not picture:
         open_window()
     heights = {}
