@@ -1,5 +1,5 @@
-// Force and depth (of an array: its highest pressure) against time, a lane for each probe; the plots below use the margins
-// of these lanes.
+// Force and depth (of an array: its highest pressure) against time, a lane for each probe; lanes share the scale of a
+// quantity, so that their heights can be compared. The plots below use the margins of these lanes.
 import { byId, context, setText, sizeOf } from './canvas.js';
 import { css } from './colours.js';
 import { drawSpans } from './raster.js';
@@ -34,24 +34,32 @@ export class Trace {
   draw(points, time, spans) {
     const { c, height } = context(this.canvas), { left, width: w } = this.margins(), lane = height / this.probes.length;
     const rows = [points.firstAfter(time.from), points.firstAfter(time.to + 1e-9)];
+    const curves = this.probes.map(({ measure }, i) => [['reading', measure.unit], ['force', 'N']].map(([name, unit]) => (
+      { name, unit, column: points[`${name}${i}`], ...this.#extent(points[`${name}${i}`], rows) })));
     this.lanes = this.probes.map((probe, i) => {
       const box = { left, w, top: i * lane + 2, h: lane - 4 };
-      const [reading, force] = [['reading', probe.measure.unit], ['force', 'N']].map(([name, unit]) => (
-        { ...this.#scale(points[`${name}${i}`], rows, box, kShare[name], kSmallest[unit]), column: points[`${name}${i}`] }));
+      const [reading, force] = curves[i].map((curve) => ({ ...curve, ...this.#scale(curve, curves.flat(), box) }));
       this.#axes(c, probe, { force, reading }, box);
       this.#curve(c, points, rows, time, box, reading, css('--depth'), false);
       this.#curve(c, points, rows, time, box, force, css('--force'), true);
-      return { bottom: box.top + box.h, zero: force.y(0) };
+      return { bottom: box.top + box.h, zero: force.y(0), most: { force: force.most, reading: reading.most } };
     });
     drawSpans(c, spans, time, { left, w, h: height }, false);
   }
 
-  /// {peak, most, y(value)} of a curve: its highest value in view, the top of its scale, and its place in the lane.
-  #scale(column, [first, last], { top, h }, share, smallest) {
+  /// The lowest value, at most 0, and the highest of a curve in view.
+  #extent(column, [first, last]) {
     let low = 0, peak = 0;
     for (let row = first; row < last; ++row) { low = Math.min(low, column[row]); peak = Math.max(peak, column[row]); }
-    const most = Math.max(smallest, peak) / share;
-    return { peak, most, y: (value) => top + h * (most - value) / (most - low) };
+    return { low, peak };
+  }
+
+  /// {most, y(value)}: the top of a curve's scale, that of all curves of its quantity, and the place of a value in its lane.
+  #scale({ name, unit }, curves, { top, h }) {
+    const same = curves.filter((curve) => curve.name === name && curve.unit === unit);
+    const most = Math.max(kSmallest[unit], ...same.map(({ peak }) => peak)) / kShare[name];
+    const low = Math.min(...same.map((curve) => curve.low));
+    return { most, y: (value) => top + h * (most - value) / (most - low) };
   }
 
   /// One lane has two axes; several have the probe's name and the peaks of the curves.
