@@ -67,14 +67,17 @@ std::string ContactValidity::sentence() const {
     const auto used = static_cast<std::size_t>(length);
     length += std::snprintf(text.data() + used, text.size() - used, format, values...);
   };
-  append("a/R = %.3f (%s the limit %.1f; the force is %.1f %% above that of an exact sphere)",
-         radius_ratio, radius_ratio <= kLargestRadiusRatio ? "within" : "beyond",
-         kLargestRadiusRatio, 100.0 * sphere_force_error);
+  append("Hertz, whose force is %.1f %% above that of an exact sphere (a/R = %.3f, limit %.1f",
+         100.0 * sphere_force_error, radius_ratio, kLargestRadiusRatio);
+  append("%s", radius_ratio > kLargestRadiusRatio
+                   ? ": [skin] contact_law = \"sneddon\" solves the exact one)"
+                   : ")");
   if (layer_ratio > kLargestHalfSpaceRatio) {
     append(
-        "; the skin is modelled as a half-space: bone at a depth of %.0f mm (√(Rd)/h = %.3f) "
-        "would make the force %.2f times as large (set skin.thickness_mm)",
-        kUsualThickness_mm, layer_ratio, 1.0 / (1.0 + layer_force_error));
+        "; on a half-space: with bone at %.0f mm, the force would be %.2f times as large (√(Rd)/h = "
+        "%.3f, limit %.1f: [skin] thickness_mm = %.0f solves it)",
+        kUsualThickness_mm, 1.0 / (1.0 + layer_force_error), layer_ratio, kLargestHalfSpaceRatio,
+        kUsualThickness_mm);
   }
   return text.data();
 }

@@ -34,8 +34,12 @@ TEST(ContactValidity, ReportsTheEffectOfBone) {
   const ContactValidity half_space = validity({}, 2.0, 1.5);
   EXPECT_NEAR(half_space.layer_ratio, 0.433, 5e-4);
   EXPECT_NEAR(1.0 / (1.0 + half_space.layer_force_error), 1.85, 0.005);
-  EXPECT_NE(half_space.sentence().find("1.85 times as large (set skin.thickness_mm)"),
-            std::string::npos);
+  EXPECT_EQ(
+      half_space.sentence(),
+      "Hertz, whose force is 8.1 % above that of an exact sphere (a/R = 0.866, limit 0.3: "
+      "[skin] contact_law = \"sneddon\" solves the exact one); on a half-space: with bone at 4 "
+      "mm, the force would be 1.85 times as large (√(Rd)/h = 0.433, limit 0.1: [skin] "
+      "thickness_mm = 4 solves it)");
 }
 
 TEST(ContactValidity, AFlatPlateUsesTheRadiusOfTheFinger) {
