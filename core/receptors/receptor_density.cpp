@@ -31,9 +31,11 @@ Expected<ReceptorDensity, ParameterError> ReceptorDensity::create(const Paramete
           .number("receptors.density_per_mm2", p.mean_per_mm2, positive(1e9))
           .number("receptors.density_min_per_mm2", p.min_per_mm2, not_negative(1e9))
           .number("receptors.density_max_per_mm2", p.max_per_mm2, positive(1e9))
-          .require(p.min_per_mm2 < p.mean_per_mm2 && p.mean_per_mm2 < p.max_per_mm2,
-                   "receptors.density_per_mm2",
-                   "must lie between density_min_per_mm2 and density_max_per_mm2")
+          .require(
+              p.min_per_mm2 < p.mean_per_mm2 && p.mean_per_mm2 < p.max_per_mm2,
+              "receptors.density_per_mm2",
+              "must lie between density_min_per_mm2 and density_max_per_mm2: scale all three by one "
+              "factor, or set the number itself, receptors.count")
           .result();
   if (!checked) return Unexpected<ParameterError>(checked.error());
 

@@ -9,6 +9,8 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/scene/scene_overrides.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -87,6 +89,39 @@ TEST(Run, ExamplesAndTheirTracesAreFoundByName) {
   EXPECT_NE(mistyped.err.find("did you mean letter?"), std::string::npos) << mistyped.err;
   const auto unknown = run_program({"run", "zzzzzzzz", "--fast"});
   EXPECT_NE(unknown.err.find("merkel scene --list"), std::string::npos) << unknown.err;
+}
+
+TEST(Run, RecipesChangeOnePropertyOfTheirPreset) {
+  const auto scene = [](const char* name) { return *scene_named(name); };
+  const SkinParameters older = scene("older_finger").model.skin;
+  EXPECT_NEAR(older.dermis_kPa / scene("finger").model.skin.dermis_kPa, 2.0, 0.01);
+  EXPECT_NEAR(older.epidermis_kPa, older.dermis_kPa, 1e-9);
+
+  const Scene goodwin = scene("goodwin");
+  const auto afferents = [](const Scene& of) { return TactileModel::create(of.model)->neurons(); };
+  EXPECT_EQ(afferents(scene("denser_finger")), 2 * afferents(goodwin));
+  // The same by the densities, as its text says; one of them alone is refused with the way out.
+  const SceneOverrides densities = {{"receptors.density_per_mm2", "1.5"},
+                                    {"receptors.density_max_per_mm2", "2.58"},
+                                    {"receptors.density_min_per_mm2", "0.286"}};
+  EXPECT_EQ(afferents(*with_overrides(goodwin, densities)), 2 * afferents(goodwin));
+  const auto alone =
+      run_program({"run", "goodwin", "--fast", "--set", "receptors.density_per_mm2=1.5"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_NE(alone.err.find("receptors.count"), std::string::npos) << alone.err;
+
+  const Scene hand = scene("hand");
+  const Scene bigger = scene("bigger_hand");
+  ASSERT_EQ(bigger.model.patches.size(), hand.model.patches.size());
+  EXPECT_EQ(afferents(bigger), afferents(hand));
+  for (std::size_t i = 0; i < hand.model.patches.size(); ++i) {
+    const Patch& patch = bigger.model.patches[i].patch;
+    EXPECT_NEAR(patch.length_mm, 1.09 * hand.model.patches[i].patch.length_mm, 1e-9);
+    EXPECT_NEAR(patch.width_mm, 1.09 * hand.model.patches[i].patch.width_mm, 1e-9);
+    EXPECT_EQ(bigger.model.patches[i].receptors.count, hand.model.patches[i].receptors.count);
+    EXPECT_EQ(bigger.model.patches[i].receptors.seed, hand.model.patches[i].receptors.seed);
+    EXPECT_NEAR(bigger.probes[i].input.x_mm, 0.5 * patch.length_mm, 1e-9);
+  }
 }
 
 TEST(Run, ChunksOfSamplesDoNotChangeAByte) {
@@ -214,6 +249,23 @@ TEST(Run, TheSummarySaysWhatDroveItAndWhetherItIsAPressOfTheFit) {
   EXPECT_TRUE(
       has(driven("goodwin", "depth_mm=2"), "driven by its depth; the afferents are fitted"));
   EXPECT_TRUE(has(driven("paper", "depth_mm=1"), "driven by its depth\n"));
+}
+
+TEST(Run, TheRemediesOfTheSkinsLawWork) {
+  const auto law = [](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"run", "goodwin", "--fast", "--duration-s", "0.5"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_program(words).out;
+  };
+  const std::string hertz = law({});
+  for (const char* const remedy : {"contact_law = \"sneddon\"", "thickness_mm = 4"}) {
+    EXPECT_TRUE(has(hertz, remedy)) << hertz;
+  }
+  for (const char* const key : {"skin.contact_law=sneddon", "skin.thickness_mm=4"}) {
+    const std::string solved = law({"--set", key});
+    EXPECT_TRUE(has(solved, "contact of the tip \"sphere\" solved")) << solved;
+    EXPECT_FALSE(has(solved, "Hertz")) << solved;
+  }
 }
 
 TEST(Run, ASceneMayNameProbeAndSink) {
