@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parameters/range.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/raw_bytes.hpp"
@@ -181,6 +182,15 @@ Expected<HeightMap, SetupError> read_height_map(const std::string& path, double 
   if (!bytes) return Unexpected<SetupError>(bytes.error());
   return path.ends_with(".npy") ? parse_npy_heights(*bytes, path, pixel_mm)
                                 : parse_csv_heights(*bytes, path, pixel_mm);
+}
+
+std::string csv_heights(const HeightMap& map) {
+  std::string text;
+  for (std::size_t i = 0; i < map.height_mm.size(); ++i) {
+    text += shortest_decimal(map.height_mm[i]);
+    text += (i + 1) % map.grid.columns == 0 ? '\n' : ',';
+  }
+  return text;
 }
 
 }  // namespace merkel

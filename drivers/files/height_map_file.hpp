@@ -21,5 +21,7 @@ namespace merkel {
 [[nodiscard]] Expected<HeightMap, SetupError> parse_csv_heights(std::string_view text,
                                                                 const std::string& name,
                                                                 double pixel_mm);
+/// The text from which parse_csv_heights() makes the same map.
+[[nodiscard]] std::string csv_heights(const HeightMap& map);
 
 }  // namespace merkel

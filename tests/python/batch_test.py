@@ -227,6 +227,38 @@ class Program(Case):
         in_python = merkel.batch([job]).rows[0]["command"]  # with the whole path
         self.assertEqual(in_python.replace(os.path.abspath(TRACE), TRACE), row["command"])
 
+    def test_sessions_run_again_under_their_names(self):
+        sessions = self.folder / "sessions"
+        sessions.mkdir()
+        runs = {"press": ["goodwin", "--probe", "replay:" + TRACE, "--seed", "5"], "shape": ["coin", "--duration-s", "0.5"],
+                "six probes": ["hand", "--duration-s", "0.4"]}
+        expected = {}
+        for name, words in runs.items():
+            done = subprocess.run([PROGRAM, "run", *words, "--fast", "--json", "--sink", f"xdf:{sessions / name}.xdf"],
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            expected[name] = str(json.loads(done.stdout)["spikes"])
+        out = self.folder / "out"
+        self.batch(sessions, "--out", out, "--keep", "csv")
+        rows = self.table(out)
+        self.assertEqual({row["name"]: row["spikes"] for row in rows}, expected)
+        self.assertEqual([row["file"] for row in rows], [f"{name}.csv" for name in sorted(runs)])
+        command = rows[0]["command"].replace("merkel run", PROGRAM + " run --json", 1)
+        repeated = subprocess.run(["sh", "-c", command], capture_output=True, text=True)
+        self.assertEqual(str(json.loads(repeated.stdout)["spikes"]), rows[0]["spikes"], repeated.stderr)
+        # Python goes on with the folder, and makes the same spikes of its own.
+        journal = (out / "rows.jsonl").read_text()
+        merkel.batch(sessions, out=out, keep="csv")
+        self.assertEqual((out / "rows.jsonl").read_text(), journal)
+        listed = merkel.batch([sessions / f"{name}.xdf" for name in sorted(runs)], keep="table", cores=1)
+        self.assertEqual([row["spike_hash"] for row in listed.rows], [row["spike_hash"] for row in rows])
+
+        recorded = (sessions / "press.xdf").read_bytes()
+        self.batch(sessions, "--out", sessions, "--keep", "xdf", exit_code=2)
+        self.assertEqual((sessions / "press.xdf").read_bytes(), recorded)
+        self.assertIn("neither a session", self.batch(sessions, TRACE, "--out", out, exit_code=2).stderr)
+        self.assertIn("holds no session", self.batch("tests/traces", "--out", out, exit_code=2).stderr)
+
     def test_a_table_that_no_batch_has_written_is_kept(self):
         (self.folder / "results.csv").write_text("mine")
         with self.assertRaisesRegex(merkel.Error, "no batch has written it"):

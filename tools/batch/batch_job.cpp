@@ -14,6 +14,8 @@
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/sessions/session_reader.hpp"
+#include "drivers/sessions/session_samples.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "tools/batch/batch_identity.hpp"
@@ -97,6 +99,36 @@ Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& model
   return run;
 }
 
+bool is_folder(const std::string& path) {
+  std::error_code failed;
+  return std::filesystem::is_directory(path, failed);
+}
+
+std::vector<std::string> sessions_in(const std::string& folder) {
+  std::vector<std::string> sessions;
+  std::error_code failed;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, failed)) {
+    if (entry.path().extension() == ".xdf") sessions.push_back(entry.path().string());
+  }
+  std::ranges::sort(sessions);
+  return sessions;
+}
+
+/// The duration of a recorded run, s; empty for a recording without ticks.
+std::string duration_of(const std::string& path) {
+  auto session = SessionReader::open(path);
+  if (!session) return {};
+  session->read_only({SessionStream::Id::kTicks});
+  std::uint64_t ticks = 0;
+  for (SessionChunk chunk;;) {
+    const auto more = session->next(chunk);
+    if (!more || !*more) break;
+    if (!chunk.ticks.empty()) ticks = chunk.ticks.back().number;
+  }
+  const auto tick_ns = parse_number(session->fact("tick_ns"));
+  return tick_ns && ticks > 0 ? shortest_decimal(static_cast<double>(ticks) * *tick_ns / 1e9) : "";
+}
+
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 }  // namespace
@@ -147,6 +179,30 @@ Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, cons
       }
     }
     jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+bool are_sessions(const std::vector<std::string>& paths) {
+  return paths.size() > 1 || is_folder(paths.front()) || SessionSamples::is_session(paths.front());
+}
+
+Expected<TextTable, SetupError> session_jobs(const std::vector<std::string>& paths) {
+  TextTable jobs{.columns = {"scene", "probe", "duration_s", "name"}, .rows = {}};
+  for (const std::string& path : paths) {
+    const bool folder = is_folder(path);
+    const auto sessions = folder ? sessions_in(path) : std::vector<std::string>{path};
+    if (sessions.empty()) return bad_input("the folder " + path + " holds no session (*.xdf)");
+    for (const std::string& session : sessions) {
+      if (!folder && !SessionSamples::is_session(session)) {
+        return bad_input(session +
+                         " is neither a session (XDF) nor a folder of sessions: a table of jobs "
+                         "stands alone");
+      }
+      std::string name = std::filesystem::path(session).filename().string();
+      if (const auto end = name.rfind(".xdf"); end != std::string::npos) name.erase(end, 4);
+      jobs.rows.push_back({session, "replay:" + session, duration_of(session), name});
+    }
   }
   return jobs;
 }

@@ -44,6 +44,14 @@ struct BatchKeep {
 [[nodiscard]] Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table,
                                                                   const BatchKeep& keep);
 
+/// Whether the jobs of a batch are sessions, not a table.
+[[nodiscard]] bool are_sessions(const std::vector<std::string>& paths);
+
+/// A table of jobs, one for each session: its press through the scene that it holds, for its
+/// duration and under its name. \param paths  sessions, and folders whose sessions (*.xdf) are
+/// taken by name. Fails for a path that is neither and for a folder without sessions.
+[[nodiscard]] Expected<TextTable, SetupError> session_jobs(const std::vector<std::string>& paths);
+
 /// The columns of the result table after those of the jobs.
 [[nodiscard]] const std::vector<std::string>& outcome_columns();
 

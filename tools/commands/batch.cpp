@@ -20,14 +20,16 @@ namespace merkel {
 namespace {
 
 struct BatchOptions {
-  std::string jobs;
+  std::vector<std::string> jobs;
   std::string out;
   std::string keep = "table";
   std::optional<double> processes;
   bool strict = false;
 };
 
-Expected<TextTable, SetupError> read_table(const std::string& path) {
+Expected<TextTable, SetupError> read_table(const std::vector<std::string>& paths) {
+  if (are_sessions(paths)) return session_jobs(paths);
+  const std::string& path = paths.front();
   constexpr std::size_t kMaxBytes = std::size_t{1} << 28U;
   const auto text = read_whole_file(path, "table of jobs", kMaxBytes);
   if (!text) return Unexpected<SetupError>(text.error());
@@ -114,14 +116,17 @@ void add_batch_command(CommandLine& program) {
   auto options = std::make_shared<BatchOptions>();
   program
       .subcommand("batch",
-                  "Runs a table of jobs on all cores, as fast as possible, and writes a table of "
-                  "results: counts, rates, verdict and a hash of the spikes, one row per job. "
-                  "Stopped or killed, the same command runs the jobs that are left.",
+                  "Runs a table of jobs, or the presses of sessions again, on all cores, as fast "
+                  "as possible, and writes a table of results: counts, rates, verdict and a hash "
+                  "of the spikes, one row per job. Stopped or killed, the same command runs the "
+                  "jobs that are left.",
                   "batch jobs.csv --out results")
-      .option("table", options->jobs,
-              "CSV file, one line per job. Columns: scene (preset or file; default paper), probe "
-              "(URI), seed, duration_s, name, and any keys of the scene, such as skin.radius_mm or "
-              "probe[1].x_mm (merkel scene --keys). An empty cell keeps the scene's value")
+      .list("inputs", options->jobs,
+            "CSV file, one line per job. Columns: scene (preset or file; default paper), probe "
+            "(URI), seed, duration_s, name, and any keys of the scene, such as skin.radius_mm or "
+            "probe[1].x_mm (merkel scene --keys). An empty cell keeps the scene's value. Or "
+            "sessions, or folders of sessions: one job each, the press through the scene that the "
+            "session holds, with the session's name")
       .required()
       .option("--out", options->out,
               "Folder of results.csv, of rows.jsonl (the finished jobs) and of kept files")

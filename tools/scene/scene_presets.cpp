@@ -8,6 +8,8 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "drivers/files/example_file.hpp"
+#include "drivers/sessions/session_samples.hpp"
+#include "tools/scene/session_scene.hpp"
 
 namespace merkel {
 namespace {
@@ -122,6 +124,18 @@ const Preset* preset_named(std::string_view name) {
   return found == std::end(kPresets) ? nullptr : found;
 }
 
+/// The scene of a session for another run: without the sinks of the recording, and with the method
+/// that its plan chose.
+Expected<Scene, SetupError> recorded_scene(const std::string& path) {
+  const auto session = SessionReader::open(path);
+  if (!session) return Unexpected<SetupError>(session.error());
+  auto scene = scene_of_session(*session);
+  if (!scene) return scene;
+  scene->sinks.clear();
+  scene->spike_time_us.reset();
+  return scene;
+}
+
 /// True for a name without a folder or extension, unless such a file exists.
 bool is_mistyped_name(const std::string& name) {
   std::error_code ignored;
@@ -188,6 +202,7 @@ Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
     return bad_input("the preset " + retired);
   }
   const std::string file = path_or_example(Example::kScene, name_or_file);
+  if (SessionSamples::is_session(file)) return recorded_scene(file);
   if (!is_mistyped_name(file)) return read_scene(file);
   std::vector<std::string> names = preset_names();
   const std::vector<std::string> examples = example_names(Example::kScene);

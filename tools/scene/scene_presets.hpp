@@ -25,7 +25,8 @@ namespace merkel {
 /// The same of the examples that come with the program; empty where they are not installed.
 [[nodiscard]] std::string example_scene_list(std::string_view before, std::string_view between);
 
-/// The scene of a preset, of a scene file or of an example; for an empty name, the preset "paper".
+/// The scene of a preset, of a scene file, of an example or of a recorded session, whose own sinks
+/// are left out; for an empty name, the preset "paper".
 [[nodiscard]] Expected<Scene, SetupError> scene_named(const std::string& name_or_file);
 
 }  // namespace merkel

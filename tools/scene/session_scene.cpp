@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/parameters/range.hpp"
+#include "drivers/files/height_map_file.hpp"
 #include "drivers/parsed_number.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/sessions/session_samples.hpp"
@@ -28,15 +29,6 @@ constexpr const char* kThroughPatches = "through all patches";
 constexpr const char* kShapeFact = "shape_heights_mm";
 constexpr std::size_t kMaxShapeBytes = std::size_t{8}
                                        << 20U;  ///< a chunk has at most twice as many
-
-std::string csv_of(const HeightMap& map) {
-  std::string text;
-  for (std::size_t i = 0; i < map.height_mm.size(); ++i) {
-    text += shortest_decimal(map.height_mm[i]);
-    text += (i + 1) % map.grid.columns == 0 ? '\n' : ',';
-  }
-  return text;
-}
 
 /// A seed of a scene that the command line may have set, except those of the patches.
 struct NamedSeed {
@@ -112,7 +104,7 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   for (const Indenter& indenter : run.model.indenters) {
     const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
     if (shape == nullptr || !shape->map) continue;
-    std::string heights = csv_of(*shape->map);
+    std::string heights = csv_heights(*shape->map);
     // The replay of a larger one needs its file.
     if (heights.size() > kMaxShapeBytes) break;
     run.facts.emplace_back(kShapeFact, std::move(heights));

@@ -193,7 +193,7 @@ class Batch:
     def __getitem__(self, index: int) -> Result: ...
 
 def batch(
-    jobs: Iterable[Mapping[str, Any]] | Any,
+    jobs: Iterable[Mapping[str, Any]] | Iterable[str | PathLike[str]] | str | PathLike[str] | Any,
     executor: Executor | None = ...,
     *,
     out: str | PathLike[str] | None = ...,

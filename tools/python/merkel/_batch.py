@@ -85,7 +85,8 @@ class Batch:
 def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=None):
     """Runs many jobs and returns a Batch: results in the order of the jobs, and a table with one row for each.
 
-    jobs is an iterable of dicts, or a pandas table. Keys of a job: scene (a Scene, a preset or a file; default
+    jobs is an iterable of dicts, a pandas table, or sessions and folders of sessions, by their paths: the press of each
+    through the scene that it holds, under its name. Keys of a job: scene (a Scene, a preset or a file; default
     "paper"); overrides (a dict of keys of the scene), or these keys themselves ("skin.radius_mm": 8); press (a dict
     of arrays as in Scene.run(), a trace or session, or the URI of a simulated press) or probe (a URI);
     seed; duration_s; keep; name. Empty cells of a table (None, NaN) are left out.
@@ -105,11 +106,12 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     >>> [row["status"] for row in done.rows]
     ['done', 'done']
     """
+    jobs = dicts(jobs)
     journal = Journal(out) if out is not None else None
     rows, kept, twins, files = {}, {}, {}, {}
 
     def new_jobs():
-        for number, given in enumerate(dicts(jobs)):
+        for number, given in enumerate(jobs):
             row, job = prepared(number, given, keep, journal.folder if journal else None)
             rows[number] = row
             if job is None:

@@ -16,12 +16,12 @@ _scenes = collections.OrderedDict()
 
 def _scene_of(job):
     """The scene of a job; the last ones are kept with their models, which take longer to build than to run."""
-    key = job["scene"], tuple(job["overrides"].items())
+    key = job["scene"], job["session"], tuple(job["overrides"].items())
     scene = _scenes.pop(key, None)
     if scene is None:
-        make = Scene if job["scene"] in presets() else Scene.from_text
+        make = Scene if job["session"] or job["scene"] in presets() else Scene.from_text
         # The jobs share the cores; the spikes are the same.
-        scene = make(job["scene"], overrides={**job["overrides"], "loop.threads": 1})
+        scene = make(job["session"] or job["scene"], overrides={**job["overrides"], "loop.threads": 1})
         scene.keep_model = True
     _scenes[key] = scene
     while len(_scenes) > _MOST_SCENES:

@@ -6,7 +6,7 @@ import os
 import numpy as np
 
 from ._batch_job import EXTENSIONS, FORMATS
-from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, presets
+from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _session_jobs, presets
 
 _KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
 _PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
@@ -15,6 +15,11 @@ RESULTS = ("status", "error", "spikes", "firing", "rate_hz", "busiest_hz", "simu
 
 
 def dicts(jobs):
+    """The jobs as dicts: of a pandas table, of sessions or folders of sessions, or as they are."""
+    if isinstance(jobs, (str, os.PathLike)):
+        jobs = [jobs]
+    if isinstance(jobs, (list, tuple)) and jobs and all(isinstance(job, (str, os.PathLike)) for job in jobs):
+        return _session_jobs([os.fspath(job) for job in jobs])
     if hasattr(jobs, "to_dict") and hasattr(jobs, "columns"):
         return jobs.to_dict("records")
     return jobs
@@ -47,12 +52,22 @@ def _whole(name, value):
 
 
 def _scene(given):
-    """What a worker makes the scene of: the name of a preset, or a text."""
+    """What identifies the scene of a job: the name of a preset, or a text."""
     if isinstance(given, Scene):
         return given.text
     if given in presets():
         return given
     return Scene(given).text
+
+
+def _session(given):
+    """The whole path of a session, which holds more of its scene than a text can; else None."""
+    path = None if isinstance(given, Scene) else os.path.abspath(given)
+    try:
+        with open(path or os.devnull, "rb") as file:
+            return path if file.read(4) == b"XDF:" else None
+    except OSError:
+        return None
 
 
 def _probe(given):
@@ -96,7 +111,8 @@ def _job(given, row, keep, folder):
         elif name not in _KEYS:
             raise Error(f"a job has no key {name}: the known ones are {', '.join(_KEYS)}, and keys of the scene such "
                         "as skin.radius_mm")
-    job = {"scene": _scene(given.get("scene", "paper")), "overrides": {name: _text(value) for name, value in overrides.items()},
+    scene = given.get("scene", "paper")
+    job = {"scene": _scene(scene), "session": _session(scene), "overrides": {name: _text(value) for name, value in overrides.items()},
            "press": None, "probe": None, "file": "", "command": "", "seed": None, "duration_s": None, "folder": folder,
            "keep": given.get("keep", keep), "name": str(given.get("name", ""))}
     if not callable(job["keep"]):

@@ -1,6 +1,7 @@
 // The Python module merkel: scenes, batch runs, the model a sample at a time, the real-time
 // pipeline and recorded sessions.
 #include <csignal>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -195,6 +196,19 @@ PYBIND11_MODULE(_merkel, module) {
         return or_throw(kept_file({.id = id, .scene = {}, .name = name}, extension));
       },
       "kept_file() of tools/batch/batch_identity.hpp.");
+  module.def(
+      "_session_jobs",
+      [](const std::vector<std::string>& paths) {
+        const TextTable table = or_throw(session_jobs(paths));
+        std::vector<std::map<std::string, std::string>> jobs(table.rows.size());
+        for (std::size_t i = 0; i < jobs.size(); ++i) {
+          for (std::size_t c = 0; c < table.columns.size(); ++c) {
+            jobs[i][table.columns[c]] = table.rows[i][c];
+          }
+        }
+        return jobs;
+      },
+      "session_jobs() of tools/batch/batch_job.hpp.");
   add_scene_class(module);
   add_run(module);
   add_output(module);
