@@ -239,16 +239,46 @@ TEST(Run, TheSummaryBeginsWithTheTouchAndTheSpikesAndEndsWithCounters) {
 }
 
 TEST(Run, TheSummarySaysWhatDroveItAndWhetherItIsAPressOfTheFit) {
-  const auto driven = [](const std::string& scene, const std::string& press) {
-    return run_program({"run", scene, "--fast", "--probe", "sim:ramp?hold_s=0.1&" + press}).out;
+  const auto driven = [](const std::string& scene, const std::string& press,
+                         const std::string& set = "skin.poisson_ratio=0.48") {
+    return run_program(
+               {"run", scene, "--fast", "--probe", "sim:ramp?hold_s=0.1&" + press, "--set", set})
+        .out;
   };
   const std::string fitted =
-      "driven by its force; the afferents are fitted to spheres pressed with 0.098 to 0.196 N";
-  EXPECT_TRUE(has(driven("goodwin", "force_N=0.15"), fitted + "\n"));
-  EXPECT_TRUE(has(driven("finger", "force_N=0.79"), fitted + ": beyond, their rates are"));
+      " the 0.098 to 0.196 N of the spheres to which the afferents are fitted";
+  const std::string extrapolated = ": their rates are an extrapolation\n";
+  EXPECT_TRUE(has(driven("goodwin", "force_N=0.15"),
+                  "validity:\n  driven by its force, simulated\n  fit: within" + fitted + "\n"));
+  EXPECT_TRUE(has(driven("finger", "force_N=0.79"), "beyond" + fitted + extrapolated));
+  EXPECT_TRUE(has(driven("goodwin", "depth_mm=2"),
+                  "driven by its depth, simulated\n  fit: beyond" + fitted + extrapolated));
+  EXPECT_TRUE(has(driven("goodwin", "force_N=0.15", "skin.thickness_mm=4"),
+                  fitted + ", but on a skin that this scene changes" + extrapolated));
   EXPECT_TRUE(
-      has(driven("goodwin", "depth_mm=2"), "driven by its depth; the afferents are fitted"));
-  EXPECT_TRUE(has(driven("paper", "depth_mm=1"), "driven by its depth\n"));
+      has(driven("goodwin", "force_N=0.15", "probe.tip=pin"), ", but this tip is no sphere"));
+  EXPECT_TRUE(has(driven("paper", "depth_mm=1"), "fitted to no press of this kind\n"));
+}
+
+TEST(Run, WhatTheRatesRestOnIsSaidOnceForAllProbes) {
+  for (const char* const command : {"run", "plan"}) {
+    std::vector<std::string> words = {command, "hand"};
+    if (words.front() == "run") words.insert(words.end(), {"--fast", "--duration-s", "0.5"});
+    const std::string text = run_program(words).out;
+    EXPECT_TRUE(has(text, "validity:\n  driven by its depth, simulated\n")) << text;
+    EXPECT_EQ(text.find("skin law: "), text.rfind("skin law: ")) << text;
+    words.emplace_back("--json");
+    const auto validity = nlohmann::json::parse(run_program(words).out)["validity"];
+    ASSERT_EQ(validity.size(), 1U) << validity;
+    EXPECT_EQ(validity[0]["driven_by"], "depth");
+    EXPECT_TRUE(validity[0]["fit"].is_null());
+    EXPECT_EQ(validity[0]["probes"].size(), 6U);
+  }
+  const auto several =
+      run_program({"run", "hand", "--fast", "--duration-s", "0.5", "--set", "probe[5].radius_mm=8"})
+          .out;
+  EXPECT_TRUE(has(several, "validity of thumb, index, middle, ring, little:\n")) << several;
+  EXPECT_TRUE(has(several, "validity of palm:\n")) << several;
 }
 
 TEST(Run, TheRemediesOfTheSkinsLawWork) {

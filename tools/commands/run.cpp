@@ -129,7 +129,7 @@ Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const
 int conclude(const RunOptions& options, const PreparedRun& prepared, const Json& plan,
              const RunReport& report) {
   const TactileModel& model = *prepared.model;
-  const Json facts = summary_json(report, model, plan, prepared.scene.preset);
+  const Json facts = summary_json(report, model, plan, prepared.scene);
   const std::string summary = options.json ? json_text(facts) : summary_text(facts, options.all);
   const auto& sinks = prepared.scene.sinks;
   const bool data_on_stdout = std::any_of(sinks.begin(), sinks.end(), writes_standard_output);

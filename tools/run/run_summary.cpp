@@ -121,7 +121,7 @@ Json afferent_json(const RunReport& report, const TactileModel& model) {
 }  // namespace
 
 Json summary_json(const RunReport& report, const TactileModel& model, const Json& plan,
-                  std::string_view preset) {
+                  const Scene& scene) {
   const double simulated_s = units::s_from(report.simulated);
   const double wall_s = units::s_from(report.wall);
   // A live run keeps to the clock, however fast this machine could simulate.
@@ -149,8 +149,9 @@ Json summary_json(const RunReport& report, const TactileModel& model, const Json
   summary["contacts_overlap"] = model.closest_rims() < 1.0;
   summary["probes"] = Json::array();
   for (std::size_t i = 0; i < report.probes.size(); ++i) {
-    summary["probes"].push_back(probe_json(report, model, i, preset));
+    summary["probes"].push_back(probe_json(report, model, i, scene.preset));
   }
+  summary["validity"] = validity_json(scene, model, &report);
   summary["sinks"] = Json::array();
   for (const RunReport::OfSink& sink : report.sinks) summary["sinks"].push_back(sink_json(sink));
   summary["neurons"] = afferent_json(report, model);

@@ -17,13 +17,31 @@ double area_mm2(const ContactState& contact) {
 }
 
 /// Whether a press is one of those to which the afferents of a preset are fitted.
-Json fit_json(const Press& press, const Indenter& tip, std::string_view preset) {
+Json fit_json(const Press& press, const TactileModel& model, const Indenter& tip,
+              std::string_view preset) {
   const auto fitted_N = fitted_forces_N(preset);
   if (!fitted_N || tip.taxels() != nullptr) return {};
   const double force_N = units::N_from_mN(press.contact.force_mN);
   return {{"from_N", (*fitted_N)[0]},
           {"to_N", (*fitted_N)[1]},
-          {"within", force_N >= (*fitted_N)[0] && force_N <= (*fitted_N)[1]}};
+          {"within", force_N >= (*fitted_N)[0] && force_N <= (*fitted_N)[1]},
+          {"sphere", tip.sphere() != nullptr},
+          {"same_skin", model.parameters().skin == preset_scene(preset)->model.skin}};
+}
+
+/// Where the readings of a probe come from.
+std::string source_of(const std::string& uri, const std::string& calibration) {
+  if (uri.starts_with("sim:")) return "simulated";
+  if (uri.starts_with("replay:")) return "recorded";
+  return calibration.empty() ? "as its device reports it, not calibrated here"
+                             : "calibrated by " + calibration;
+}
+
+/// Null if its zero was not measured at rest.
+Json drift_json(const ContactDecision::Drift& drift) {
+  const double time_s = units::s_from(drift.last - drift.first);
+  if (!(time_s > 0.0)) return {};
+  return {{"change_mN", drift.change_mN()}, {"time_s", time_s}, {"followed", drift.followed}};
 }
 
 }  // namespace
@@ -51,7 +69,7 @@ Json press_json(const TactileModel& model, std::size_t probe, std::string_view p
   return {{"touched", press.touching()},
           {"array", tip.taxels() != nullptr},
           {"driven_by", tip.control == Indenter::Control::kForce ? "force" : "depth"},
-          {"fit", fit_json(press, tip, preset)},
+          {"fit", fit_json(press, model, tip, preset)},
           {"depth_mm", press.contact.depth_mm},
           {"x_mm", press.x_mm},
           {"y_mm", press.y_mm},
@@ -65,6 +83,38 @@ Json press_json(const TactileModel& model, std::size_t probe, std::string_view p
           {"layer_force_error", if_true(round, validity.layer_force_error)},
           {"valid", round ? Json(validity.within) : Json()},
           {"validity", press.touching() ? Json(contact_sentence(press, model, probe)) : Json()}};
+}
+
+Json validity_json(const Scene& scene, const TactileModel& model, const RunReport* report) {
+  Json entries = Json::array();
+  for (std::size_t i = 0; i < model.indenters(); ++i) {
+    const Json press = press_json(model, i, scene.preset);
+    if (press["touched"] == false) continue;
+    const Json entry = {{"driven_by", press["driven_by"]},
+                        {"source", source_of(scene.uri_of(i), scene.probes[i].calibration)},
+                        {"drift", report != nullptr ? drift_json(report->probes[i].drift) : Json()},
+                        {"fit", press["fit"]},
+                        {"skin_law", press["validity"]}};
+    const auto same = std::find_if(entries.begin(), entries.end(), [&](Json other) {
+      other.erase("probes");
+      return other == entry;
+    });
+    if (same == entries.end()) {
+      entries.push_back(entry);
+      entries.back()["probes"] = Json::array({name_of_probe(model, i)});
+    } else {
+      (*same)["probes"].push_back(name_of_probe(model, i));
+    }
+  }
+  // Names, unless one entry stands for all.
+  for (Json& entry : entries) {
+    std::string name;
+    for (const Json& probe : entry["probes"]) {
+      name += (name.empty() ? "" : ", ") + probe.get<std::string>();
+    }
+    entry["name"] = entries.size() > 1 ? name : "";
+  }
+  return entries;
 }
 
 Json both_json(const RunReport& report, const TactileModel& model, std::size_t probe) {

@@ -7,6 +7,7 @@
 #include "core/scene/tactile_model.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/json_text.hpp"
+#include "tools/scene/scene_file.hpp"
 
 namespace merkel {
 
@@ -18,6 +19,12 @@ namespace merkel {
 /// the scene: tells to which presses its afferents are fitted
 [[nodiscard]] Json press_json(const TactileModel& model, std::size_t probe,
                               std::string_view preset);
+
+/// What the rates rest on: what drives the probes, their presses beside those of the fit, the law
+/// of the skin, and the drift of their zeros. One entry for all probes for which these are the
+/// same. \param report  of the run; null: of a plan
+[[nodiscard]] Json validity_json(const Scene& scene, const TactileModel& model,
+                                 const RunReport* report = nullptr);
 
 /// Of a probe that measures both, force and depth at that press beside the model's force; else
 /// null.

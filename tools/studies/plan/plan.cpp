@@ -11,7 +11,7 @@
 #include "core/scene/model_check.hpp"
 #include "core/scene/patch_layout.hpp"
 #include "core/units.hpp"
-#include "tools/scene/contact_sentence.hpp"
+#include "tools/run/touch_summary.hpp"
 #include "tools/studies/plan/encoding_cost.hpp"
 #include "tools/studies/plan/known_methods.hpp"
 #include "tools/studies/plan/plan_report.hpp"
@@ -129,9 +129,7 @@ class Rehearser {
     auto model = TactileModel::create(exact.model);
     if (!model) return bad_input(scene_.sentence(model.error()));
     reference_ = run_through(*model, recording_.at(tick));
-    for (std::size_t i = 0; i < model->indenters(); ++i) {
-      validity_.push_back(contact_sentence(model->deepest()[i], *model, i));
-    }
+    validity_ = validity_json(scene_, *model);
     neurons_ = model->neurons();
     receptors_ = model->receptors();
     return {};
@@ -176,7 +174,7 @@ class Rehearser {
   const ProbeRecording& recording_;
   Rehearsal rehearsal_;
   std::vector<SpikeEvent> reference_;
-  std::vector<std::string> validity_;
+  Json validity_;
   std::size_t neurons_ = 0;
   std::size_t receptors_ = 0;
 };

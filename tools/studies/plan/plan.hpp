@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "tools/json_text.hpp"
 #include "tools/scene/scene_file.hpp"
 #include "tools/studies/report/spike_train_error.hpp"
 
@@ -42,11 +43,11 @@ struct Plan {
   std::size_t spikes = 0;
   std::size_t neurons = 0;
   std::size_t receptors = 0;
-  double untouched_share = 0.0;       ///< of ticks, without transduction
-  double reached_share = 0.0;         ///< of afferents during contact; the others are skipped
-  double active_share = 0.0;          ///< of neurons; the others are at rest
-  std::vector<std::string> skipped;   ///< sentences: what is skipped, and why
-  std::vector<std::string> validity;  ///< of each probe's contact law at its deepest press
+  double untouched_share = 0.0;      ///< of ticks, without transduction
+  double reached_share = 0.0;        ///< of afferents during contact; the others are skipped
+  double active_share = 0.0;         ///< of neurons; the others are at rest
+  std::vector<std::string> skipped;  ///< sentences: what is skipped, and why
+  Json validity;                     ///< of the presses: validity_json()
   std::size_t electrodes = 0;
   double encoding_us = 0.0;  ///< per tick, for the stimulation commands
 };

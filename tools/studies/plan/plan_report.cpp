@@ -58,7 +58,7 @@ Json plan_json(const Plan& plan) {
       {"electrodes", plan.electrodes},
       {"encoding_us", plan.encoding_us},
       {"skipped", plan.skipped},
-      {"contact_law", plan.validity}};
+      {"validity", plan.validity}};
   json["chosen"]["name"] = name_of_neurons(plan);
   for (const PlanOption& option : plan.tried) json["tried"].push_back(option_json(option));
   return json;
