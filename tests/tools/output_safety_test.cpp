@@ -306,7 +306,7 @@ TEST(OutputSafety, WhatIsNoFileIsRefusedInASentence) {
     EXPECT_TRUE(has(run.err, words)) << run.err;
     EXPECT_LT(run.peak_memory_MiB, 700.0) << words;
   };
-  refused({"batch", folder.path(""), "--out", folder.path("o")}, "it is a directory; use a file");
+  refused({"batch", folder.path(""), "--out", folder.path("o")}, "holds no session (*.xdf)");
   refused({"batch", "/dev/zero", "--out", folder.path("o")}, "it is larger than");
   refused({"run", "/dev/zero"}, "it is larger than 1 MiB");
   refused({"run", folder.path("")}, "it is a directory");

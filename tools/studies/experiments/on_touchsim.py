@@ -20,6 +20,7 @@ if not hasattr(np, "bool"):
 import touchsim  # noqa: E402
 
 RATE_HZ = 2000
+SCAN_STEP = 4  # samples for which a scanned pattern stays: TouchSim solves a contact for each new set of pins, and a turned edge makes many
 SPACING_MM = 0.25
 RAMP_S = 0.05
 
@@ -55,7 +56,8 @@ def scanned_squares():
 
     def scan(pattern, half_path_mm):
         x, y = lattice(5)
-        middle = -half_path_mm + speed * np.arange(int(2 * half_path_mm / speed * RATE_HZ)) / RATE_HZ
+        steps = np.arange(int(2 * half_path_mm / speed * RATE_HZ)) // SCAN_STEP
+        middle = -half_path_mm + speed * steps * SCAN_STEP / RATE_HZ
         depth = 0.5 * pattern(x[:, None] - middle, y[:, None] + 0 * middle)
         return [-half_path_mm + speed * train for train in trains(x, y, depth)[0]]
 
