@@ -97,6 +97,7 @@ class Completion(unittest.TestCase):
         for shell in SHELLS:
             with self.subTest(shell=shell):
                 self.assertLessEqual({"paper", "press.csv"}, completed(shell, "run", "p"))
+                self.assertEqual(completed(shell, "run", "lett"), {"letter", "letter_scanned"})
                 self.assertEqual(completed(shell, "completion", "z"), {"zsh"})
 
     def test_offers_files_as_the_value_of_an_option(self):

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <sstream>
 #include <string>
 
 #include "core/simd/simd_target.hpp"
@@ -46,10 +47,13 @@ compdef _merkel merkel
 [[ $funcstack[1] != _merkel ]] || _merkel
 )sh"}};
 
-/// The known values of options and arguments, by the name of the option or argument.
+/// The known values of options and arguments, by the name of the option or argument. A tab
+/// separates a value from its help, if it has some.
 std::map<std::string, std::vector<std::string>> known_words() {
   std::map<std::string, std::vector<std::string>> words{
-      {"scene", preset_names()}, {"shell", {}}, {"--target", simd_targets()}};
+      {"scene", {}}, {"shell", {}}, {"--target", simd_targets()}};
+  std::istringstream scenes(preset_list("", "\t") + example_scene_list("", "\t"));
+  for (std::string line; std::getline(scenes, line);) words["scene"].push_back(line);
   for (const auto& [shell, script] : kCompletionScripts) words["shell"].push_back(shell);
   for (const ProtocolEntry& entry : protocol_table()) {
     words["protocol"].emplace_back(entry.name);
@@ -79,7 +83,10 @@ int complete(const CommandTree& program, std::span<char* const> line) {
   const auto offer_values = [&, words = known_words()](const CommandTree::Option& option) {
     const auto known = words.find(option.name);
     if (known != words.end()) {
-      for (const std::string& word : known->second) offer(word, "");
+      for (const std::string& word : known->second) {
+        const std::size_t end = word.find('\t');
+        offer(word.substr(0, end), end == std::string::npos ? "" : word.substr(end + 1));
+      }
     }
     file = file || option.value == CommandTree::Value::kText;
   };
