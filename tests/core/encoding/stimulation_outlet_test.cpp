@@ -136,6 +136,16 @@ TEST(StimulationOutlet, ALateStopStillLeaves) {
   EXPECT_EQ(kept[0].command.stop, Stop::kReleased);
 }
 
+TEST(StimulationOutlet, AnAmplitudeBelowOneMicroampereKeepsItsFrequency) {
+  StimulationOutlet outlet(outlet_parameters(10.0));
+  outlet.lose();
+  EXPECT_EQ(outlet.pass(sent_at(milliseconds{10}, 50.0, 1), milliseconds{10}).size(), 2U);
+  const auto risen = outlet.pass(sent_at(milliseconds{60}, 50.0, 2), milliseconds{60});
+  ASSERT_EQ(risen.size(), 2U);
+  EXPECT_DOUBLE_EQ(risen[0].command.amplitude_uA, 0.5);
+  EXPECT_EQ(risen[0].command.frequency_Hz, 100.0);
+}
+
 TEST(StimulationOutlet, AReceiverThatWasAwayGetsAnOffFirstAlsoIfNothingIsLate) {
   StimulationOutlet outlet(outlet_parameters(0.0));
   outlet.pass(sent_at(milliseconds{10}, 50.0, 1), milliseconds{10});
