@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>
-#include <nlohmann/json.hpp>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -13,12 +12,12 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/lower_limit.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/json_text.hpp"
 
 namespace merkel {
 namespace {
 
 using std::chrono::milliseconds;
-using Json = nlohmann::json;
 using Counts = DeviceSimulator::Counts;
 
 /// A fault of a device, and the counters that it must change.
