@@ -93,7 +93,7 @@ TEST(Terminal, RunAndRecordShowOneLineThatFits) {
     TerminalProgram record({"record", press, folder.path("t.csv"), "--duration-s", "2"}, columns);
     for (TerminalProgram* const program : {&run, &record}) {
       const ProgramRun ended = program->finish();
-      EXPECT_EQ(ended.exit_code, 0) << ended.err;
+      EXPECT_LE(ended.exit_code, 1) << ended.err;  // a busy machine may skip ticks: a loss
       const auto lines = lines_shown(ended.err);
       EXPECT_GE(lines.size(), 2U) << ended.err;
       for (const std::string& line : lines) EXPECT_LT(width(line), columns) << line;
