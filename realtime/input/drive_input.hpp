@@ -15,7 +15,7 @@ class DriveInput {
  public:
   static constexpr std::size_t kCapacity = 1024;
 
-  /// False when full: the loop has not begun, or is over. Thread: any.
+  /// False if kCapacity wait: the loop has not begun, or is over. Thread: any.
   [[nodiscard]] bool give(const GivenDrive& drive) {
     const std::lock_guard lock(givers_);
     return queue_.try_push(drive);
