@@ -90,6 +90,16 @@ class OwnEncoder(unittest.TestCase):
         on = [each["time_s"] for each in commands if each["amplitude_uA"] > 0]
         self.assertTrue(0.28 < max(on) < 0.31)  # 0.2 s and 100 ms
 
+    def test_a_drive_before_the_first_sample_is_kept(self):
+        given = []
+
+        def rule(stream, force_N):
+            if not given:
+                given.append(stream.set_drive("E3", 1.0))
+
+        commands = [each for each in self.stimulate(rule) if each["electrode"] == 2]
+        self.assertTrue(any(each["amplitude_uA"] > 0 for each in commands))
+
     def test_a_live_run_takes_drives_and_its_session_repeats_them(self):
         session, csv = self.path + ".xdf", self.path + ".csv"
         sinks = ["xdf:" + session, "stim-csv:" + csv]

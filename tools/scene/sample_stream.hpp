@@ -49,6 +49,9 @@ class SampleStream {
   /// and for the watchdog: 0 (off) to 1 (strongest). Fails if there is no such electrode.
   [[nodiscard]] Expected<void, SetupError> set_drive(const std::string& electrode, double amplitude,
                                                      double frequency);
+  /// Drives that wait for the next tick, for a stream that replaces this one.
+  [[nodiscard]] const std::vector<GivenDrive>& drives() const noexcept { return drives_; }
+  void take_drives(std::vector<GivenDrive> drives) noexcept { drives_ = std::move(drives); }
   /// Null if the scene has no electrodes.
   [[nodiscard]] const StimulationEncoder* encoder() const noexcept { return encoder_.get(); }
   /// Sets a function that is called every few milliseconds of simulation. If it returns true,

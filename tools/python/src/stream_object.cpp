@@ -57,7 +57,9 @@ StreamObject::StreamObject(Scene scene, double max_gap_s)
 
 void StreamObject::build() {
   const GilRelease no_gil;
+  std::vector<GivenDrive> drives = stream_ ? stream_->drives() : std::vector<GivenDrive>();
   stream_.emplace(or_throw(SampleStream::create(scene_, channels_)));
+  stream_->take_drives(std::move(drives));
   stream_->set_interrupt([this] { return signalled(); });
 }
 
