@@ -1,5 +1,6 @@
 // Sessions of clocks that drift, merged. tests/python/merge_test.py merges by the program.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -84,9 +85,19 @@ std::string record(const std::string& path, const RigClock& clock, const std::ve
     TickRecord tick;
     tick.number = static_cast<std::uint64_t>(step + 1);
     tick.time = time + milliseconds{1};
+    TaxelBlock block;
+    block.time = tick.time;
+    block.tick = tick.number;
+    block.count = 2;
+    block.pressure_kPa = {1.0F, static_cast<float>(step)};
+    TaxelZeros zeros{block};
+    const GivenDrive drive{.time = time, .amplitude = 0.5, .frequency = 0.25};
     EXPECT_TRUE((*sink)->write({.samples = {&sample, 1},
                                 .edges = edges,
+                                .zeros = {&zeros, 1},
+                                .drives = {&drive, 1},
                                 .spikes = {&spike, 1},
+                                .taxels = {&block, 1},
                                 .ticks = {&tick, 1},
                                 .marks = marks}));
     if (step % 5 != 0) continue;
@@ -102,6 +113,7 @@ double largest_error_ms(MergedSessions& merged) {
   std::vector<nanoseconds> other;
   nanoseconds last = nanoseconds::min();
   std::size_t samples = 0;
+  std::array<std::array<std::size_t, 3>, 2> of_arrays{};
   EXPECT_TRUE(merged.read([&](const RecordBatch& batch) {
     for (const SpikeEvent& spike : batch.spikes) {
       EXPECT_GE(spike.time, last);
@@ -109,8 +121,20 @@ double largest_error_ms(MergedSessions& merged) {
       (spike.neuron <= 20 ? first : other).push_back(spike.time);
     }
     samples += batch.samples.size();
+    for (const TaxelBlock& block : batch.taxels) {
+      EXPECT_EQ(block.pressure_kPa[1], static_cast<float>(block.tick - 1));
+      ++of_arrays.at(block.probe)[0];
+    }
+    for (const TaxelZeros& zeros : batch.zeros) ++of_arrays.at(zeros.probe)[1];
+    for (const GivenDrive& drive : batch.drives) {
+      EXPECT_EQ(drive.frequency, 0.25);
+      ++of_arrays.at(0)[2];
+    }
     return true;
   }));
+  // The scenes have no electrodes: both drives keep their number.
+  EXPECT_EQ(of_arrays[0], (std::array{10UL * kLength_s, 10UL * kLength_s, 20UL * kLength_s}));
+  EXPECT_EQ(of_arrays[1], (std::array{10UL * kLength_s, 10UL * kLength_s, 0UL}));
   EXPECT_EQ(first.size(), 10U * kLength_s);
   EXPECT_EQ(other.size(), first.size());
   EXPECT_EQ(samples, 2 * first.size());

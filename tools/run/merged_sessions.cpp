@@ -37,16 +37,20 @@ void allow_open_files(std::size_t files) {
   static_cast<void>(::setrlimit(RLIMIT_NOFILE, &limit));
 }
 
+/// Ticks are of one run, and so are its counters.
+template <class Record>
+inline constexpr bool kMerged = !std::is_same_v<Record, TickRecord> &&
+                                !std::is_same_v<Record, RunStatus>;
+
 /// The place of a record among those of the same time: by probe or electrode, which are numbered
 /// through all sessions.
 template <class Record>
-std::uint32_t place_of(const Record& /*record*/) {
+std::uint32_t place_of(const Record& record) {
+  if constexpr (requires { record.probe; }) return record.probe;
+  if constexpr (requires { record.electrode; }) return record.electrode;
+  if constexpr (requires { record.command; }) return record.command.electrode;
   return 0;
 }
-std::uint32_t place_of(const DeliveredSample& item) { return item.probe; }
-std::uint32_t place_of(const SyncEdge& edge) { return edge.probe; }
-std::uint32_t place_of(const StimulationCommand& command) { return command.electrode; }
-std::uint32_t place_of(const SentCommand& item) { return item.command.electrode; }
 
 template <class Record>
 bool before(const Record& a, const Record& b) {
@@ -68,32 +72,28 @@ void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>
 
 /// Adds the records of a chunk, as those of the merged run.
 void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const {
-  for (SpikeEvent spike : chunk.spikes) {
-    spike.neuron += neurons;
-    spike.patch = static_cast<std::uint16_t>(spike.patch + patches);
-    to.spikes.push_back(spike);
-  }
-  for (LoopEvent event : chunk.events) {
-    event.subject += event.kind == LoopEvent::Kind::kNeuronReset ? neurons : probes;
-    to.events.push_back(event);
-  }
-  for (StimulationCommand command : chunk.commands) {
-    command.electrode = static_cast<std::uint16_t>(command.electrode + electrodes);
-    to.commands.push_back(command);
-  }
-  for (SentCommand item : chunk.sent) {
-    item.command.electrode = static_cast<std::uint16_t>(item.command.electrode + electrodes);
-    to.sent.push_back(item);
-  }
-  for (const Mark& mark : chunk.marks) to.marks.push_back({mark.time, rig + ": " + mark.label});
-  for (SyncEdge edge : chunk.edges) {
-    edge.probe += probes;
-    to.edges.push_back(edge);
-  }
-  to.samples.reserve(to.samples.size() + chunk.samples.size());
-  for (DeliveredSample item : chunk.samples) {
-    item.probe += probes;
-    to.samples.push_back(std::move(item));
+  for_each_kind(chunk, [&]<class Record>(const std::vector<Record>& list) {
+    if constexpr (kMerged<Record>) {
+      auto& merged = to.of<Record>();
+      merged.reserve(merged.size() + list.size());
+      for (const Record& record : list) renumber(merged.emplace_back(record));
+    }
+  });
+}
+
+template <class Record>
+void MergedSessions::Part::renumber(Record& record) const {
+  const auto shift = [](auto& number, auto by) {
+    number = static_cast<std::remove_reference_t<decltype(number)>>(number + by);
+  };
+  if constexpr (requires { record.probe; }) shift(record.probe, probes);
+  if constexpr (requires { record.electrode; }) shift(record.electrode, electrodes);
+  if constexpr (requires { record.command; }) shift(record.command.electrode, electrodes);
+  if constexpr (requires { record.neuron; }) shift(record.neuron, neurons);
+  if constexpr (requires { record.patch; }) shift(record.patch, patches);
+  if constexpr (requires { record.label; }) record.label = rig + ": " + record.label;
+  if constexpr (std::is_same_v<Record, LoopEvent>) {
+    shift(record.subject, record.kind == LoopEvent::Kind::kNeuronReset ? neurons : probes);
   }
 }
 
@@ -181,7 +181,7 @@ class MergedSessions::Reading {
     std::optional<nanoseconds> first;
     for (const RecordLists<RecordVector>& waiting : waiting_) {
       for_each_kind(waiting, [&]<class Record>(const std::vector<Record>& list) {
-        if constexpr (!std::is_same_v<Record, RunStatus>) {
+        if constexpr (kMerged<Record>) {
           for (const Record& each : list)
             first = std::min(first.value_or(time_of(each)), time_of(each));
         }
@@ -193,7 +193,7 @@ class MergedSessions::Reading {
   bool hand_on(nanoseconds until, const Take& take) {
     RecordLists<RecordVector> due;
     for_each_kind(due, [&]<class Record>(std::vector<Record>& list) {
-      if constexpr (!std::is_same_v<Record, RunStatus>) {
+      if constexpr (kMerged<Record>) {
         for (auto& waiting : waiting_) move_until(until, waiting.template of<Record>(), list);
         std::stable_sort(list.begin(), list.end(), before<Record>);
       }

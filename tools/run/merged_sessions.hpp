@@ -64,6 +64,9 @@ class MergedSessions final : public RunJournal {
     std::uint16_t electrodes = 0;
 
     void add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const;
+    /// Its numbers of probes, electrodes and afferents count through all sessions.
+    template <class Record>
+    void renumber(Record& record) const;
   };
   class Reading;
 
