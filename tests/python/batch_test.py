@@ -216,6 +216,32 @@ class Program(Case):
             merkel.batch([{"seed": 1, "name": "a"}, {"seed": 2, "name": "a"}], out=out, keep="csv")
         self.assertIn("cannot be that of its kept file", merkel.batch([{"name": "a/b"}], out=out, keep="csv").rows[0]["error"])
 
+    def test_a_changed_file_of_a_job_is_run_again(self):
+        """A recording, the shape and the recording that a scene names, and a shape that a column names."""
+        out, shape, trace, scene = (self.folder / name for name in ("out", "shape.csv", "press.csv", "own.toml"))
+        trace.write_bytes(pathlib.Path(TRACE).read_bytes())
+        scene.write_text(f'[[probe]]\nuri = "replay:{trace}"\ntip = "shape"\nshape = "shape.csv"\npixel_mm = 0.2\n')
+        jobs = [{"probe": f"replay:{trace}"}, {"scene": str(scene), "duration_s": 0.2},
+                {"duration_s": 0.2, "probe.tip": "shape", "probe.shape": str(shape), "probe.pixel_mm": 0.2}]
+        heights = np.zeros((12, 12))
+
+        def run(changed):
+            before = (out / "rows.jsonl").read_text().count("\n") if out.exists() else 0
+            self.batch(self.jobs(jobs), "--out", out)
+            rows = (out / "rows.jsonl").read_text()
+            self.assertEqual(rows.count("\n"), before + changed)
+            merkel.batch(jobs, out=out, keep="table")
+            self.assertEqual((out / "rows.jsonl").read_text(), rows)
+
+        np.savetxt(shape, heights, delimiter=",")
+        run(3)
+        run(0)
+        heights[3, 3] = 0.2
+        np.savetxt(shape, heights, delimiter=",")
+        run(2)
+        trace.write_bytes(b"".join(trace.read_bytes().splitlines(keepends=True)[:-5]))
+        run(2)
+
     def test_each_row_has_the_command_that_repeats_it(self):
         job = {**JOBS[1], "duration_s": 0.75, "probe.tip": "bars", "probe.bar_gaps_mm": "[3, 5]"}
         self.batch(self.jobs([job]), "--out", self.folder / "out")

@@ -199,11 +199,11 @@ TEST(Verdict, DriftIsNamedWithItsRate) {
     });
   };
   EXPECT_EQ(drifted(true, 0).sentence,
-            "the zero of serial:x drifted by 20 mN in 120 s (0.17 mN/s), and was followed");
+            "the zero of serial:x drifted by -20 mN in 120 s (-0.17 mN/s), and was followed");
   EXPECT_EQ(
       drifted(false, 40).sentence,
-      "the contact of serial:x flickered: 40 touches ended within 15 ms; its zero drifted by 20 "
-      "mN in 120 s (0.17 mN/s)");
+      "the contact of serial:x flickered: 40 touches ended within 15 ms; its zero drifted by -20 "
+      "mN in 120 s (-0.17 mN/s)");
   EXPECT_EQ(drifted(false, 0).sentence, "");
 }
 

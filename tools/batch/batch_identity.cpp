@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/files/example_file.hpp"
 #include "drivers/files/input_file.hpp"
+#include "drivers/files/toml.hpp"
+#include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
 
 namespace merkel {
@@ -57,16 +61,47 @@ std::string hash_of_file(const std::string& path) {
   return of_file.hash;
 }
 
-/// The URI of a probe; of a recording with its whole path and a hash of its content.
-std::string content_of(const std::string& probe) {
-  constexpr std::string_view kReplay = "replay:";
-  if (!probe.starts_with(kReplay)) return probe;
-  const std::size_t end = std::min(probe.find('?'), probe.size());
+/// A text of a job or a scene; in place of the name of a file, a hash of its content.
+std::string content_of(const std::string& text) {
+  const auto content = [](const std::string& name, const std::string& path) {
+    const std::string hash = hash_of_file(path);
+    return hash.empty() ? name : "#" + hash;
+  };
+  const auto uri = Uri::parse(text);
+  if (!uri) return content(text, text);
   const std::string path =
-      path_or_example(Example::kTrace, probe.substr(kReplay.size(), end - kReplay.size()));
-  std::error_code ignored;
-  return std::filesystem::absolute(path, ignored).string() + probe.substr(end) + "#" +
-         hash_of_file(path);
+      uri->scheme == "replay" ? path_or_example(Example::kTrace, uri->path) : uri->path;
+  std::string all = uri->scheme + ":" + content(uri->path, path);
+  for (const auto& [name, value] : uri->options) all += "?" + name + "=" + content(value, value);
+  return all;
+}
+
+/// The texts in a scene's tables that may name a file, in order.
+std::vector<std::string> texts_in(const std::string& scene) {
+  std::vector<std::string> texts;
+  const auto parsed = parse_toml(scene);
+  if (!parsed) return texts;  // the name of a preset
+  const std::function<void(const toml::node&)> collect = [&](const toml::node& node) {
+    if (const auto text = node.value_exact<std::string>()) texts.push_back(*text);
+    if (const auto* table = node.as_table()) {
+      for (const auto& [key, value] : *table) collect(value);
+    }
+    if (const auto* array = node.as_array()) {
+      for (const toml::node& value : *array) collect(value);
+    }
+  };
+  collect(*parsed);
+  return texts;
+}
+
+/// The text of a scene with the contents of its files: shapes, recordings, calibrations.
+std::string content_of_scene(const std::string& scene) {
+  static std::map<std::string, std::vector<std::string>> known;
+  const auto [at, added] = known.try_emplace(scene);
+  if (added) at->second = texts_in(scene);
+  std::string content = scene;
+  for (const std::string& text : at->second) content += content_of(text);
+  return content;
 }
 
 }  // namespace
@@ -76,7 +111,7 @@ std::string batch_id(const BatchJob& job, const std::string& scene, const std::s
   SpikeHash hash;
   const auto all = {std::string(MERKEL_VERSION),
                     std::string(kGitHash),
-                    scene,
+                    content_of_scene(scene),
                     content_of(job.probe),
                     job.seed ? std::to_string(*job.seed) : std::string(),
                     job.duration_s ? shortest_decimal(*job.duration_s) : std::string(),
@@ -86,7 +121,7 @@ std::string batch_id(const BatchJob& job, const std::string& scene, const std::s
   for (const std::string& each : all) hash.add(each);
   for (const auto& [name, value] : job.overrides) {
     hash.add(name);
-    hash.add(value);
+    hash.add(content_of(value));
   }
   return hash.text();
 }

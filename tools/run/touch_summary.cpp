@@ -37,14 +37,16 @@ std::string source_of(const std::string& uri, const std::string& calibration) {
                              : "calibrated by " + calibration;
 }
 
-/// Null if its zero was not measured at rest.
+}  // namespace
+
 Json drift_json(const ContactDecision::Drift& drift) {
   const double time_s = units::s_from(drift.last - drift.first);
   if (!(time_s > 0.0)) return {};
-  return {{"change_mN", drift.change_mN()}, {"time_s", time_s}, {"followed", drift.followed}};
+  return {{"change_mN", drift.change_mN()},
+          {"time_s", time_s},
+          {"mN_per_s", drift.change_mN() / time_s},
+          {"followed", drift.followed}};
 }
-
-}  // namespace
 
 std::string name_of_probe(const TactileModel& model, std::size_t probe) {
   const TactileModel::Parameters& scene = model.parameters();

@@ -14,6 +14,9 @@ namespace merkel {
 /// "thumb" if patches have names, else "probe 2"; empty if it is the only one.
 [[nodiscard]] std::string name_of_probe(const TactileModel& model, std::size_t probe);
 
+/// How the level of a probe at rest changed; null if its zero was not measured at rest.
+[[nodiscard]] Json drift_json(const ContactDecision::Drift& drift);
+
 /// The deepest press of a probe, with what drove it and how far the contact law holds. Quantities
 /// that the contact does not have, such as the radius of a flat tip, are null. \param preset  of
 /// the scene: tells to which presses its afferents are fitted

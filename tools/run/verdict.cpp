@@ -10,6 +10,7 @@
 #include "tools/number_text.hpp"
 #include "tools/run/endless_touch.hpp"
 #include "tools/run/force_and_depth.hpp"
+#include "tools/run/touch_summary.hpp"
 
 namespace merkel {
 namespace {
@@ -83,13 +84,6 @@ class RunChecks {
     if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
   }
 
-  static Json drift_of(const ContactDecision::Drift& drift) {
-    const double time_s = units::s_from(drift.last - drift.first);
-    const double change_mN = std::fabs(drift.change_mN());
-    return {{"change_mN", change_mN},
-            {"time_s", time_s},
-            {"mN_per_s", change_mN / std::max(time_s, 1e-9)}};
-  }
   /// A zero that should be tracked: it has a threshold of contact, and its level at rest changed.
   static bool drifts_unfollowed(const RunReport::ProbeReport& probe) {
     const double contact_mN = units::mN_from_N(probe.contact.contact_N);
@@ -97,7 +91,7 @@ class RunChecks {
            std::fabs(probe.drift.change_mN()) >= 0.5 * contact_mN;
   }
   static Json unfollowed(const RunReport::ProbeReport& probe) {
-    return drifts_unfollowed(probe) ? drift_of(probe.drift) : Json();
+    return drifts_unfollowed(probe) ? drift_json(probe.drift) : Json();
   }
 
   void check_zero(const RunReport::ProbeReport& probe) {
@@ -107,7 +101,7 @@ class RunChecks {
           {{"uri", probe.uri}, {"time_s", units::s_from(probe.drift.uncertain)}});
     }
     if (probe.drift.followed && std::fabs(probe.drift.change_mN()) >= contact_mN) {
-      Json facts = drift_of(probe.drift);
+      Json facts = drift_json(probe.drift);
       facts["uri"] = probe.uri;
       add(Severity::kNote, 0.2, "zero_followed", std::move(facts));
     }
