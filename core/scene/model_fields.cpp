@@ -38,7 +38,10 @@ constexpr Field kStep[] = {{"step_us",
 FieldTable PatchParameters::fields() {
   using Q = PatchParameters;
   static constexpr Field kFields[] = {
-      {"name", "", any_value(), "name by which a [[probe]] selects this patch", at<&Q::name>},
+      {"name", "", any_value(),
+       "name by which a [[probe]] selects this patch; with that of one of the preset's patches, the "
+       "defaults of the other keys are its values, else those of the first",
+       at<&Q::name>},
       {"layout", "", one_of(kLayouts),
        "one afferent per subregion (the paper), or afferents with their own receptive fields",
        at<&Q::layout>},

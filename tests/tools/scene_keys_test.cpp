@@ -36,6 +36,25 @@ TEST(SceneKeys, EveryPresetIsItsPrintedScene) {
   }
 }
 
+TEST(SceneKeys, APatchOfThePresetKeepsItsValues) {
+  const Scene hand = *preset_scene("hand");
+  const auto scene = parse_scene(
+      "preset = \"hand\"\n[[receptors]]\nname = \"palm\"\nwidth_mm = 88\n[[receptors]]\n"
+      "name = \"wrist\"\n",
+      "s.toml");
+  ASSERT_TRUE(scene) << scene.error().sentence;
+  const PatchParameters& palm = scene->model.patches[0];
+  const PatchParameters& whole = hand.model.patches.back();
+  EXPECT_EQ(palm.patch.length_mm, whole.patch.length_mm);
+  EXPECT_EQ(palm.patch.width_mm, 88.0);
+  EXPECT_EQ(palm.patch.columns, whole.patch.columns);
+  EXPECT_EQ(palm.receptors.count, whole.receptors.count);
+  EXPECT_EQ(palm.receptors.seed, whole.receptors.seed);
+  const PatchParameters& other = scene->model.patches[1];
+  EXPECT_EQ(other.patch.length_mm, hand.model.patches.front().patch.length_mm);
+  EXPECT_EQ(other.receptors.seed, hand.model.patches.front().receptors.seed + 1);
+}
+
 TEST(SceneKeys, EveryKeySurvivesBeingPrintedAndRead) {
   const auto scene = parse_scene(R"(
 preset = "goodwin"

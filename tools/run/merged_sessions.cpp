@@ -39,8 +39,8 @@ void allow_open_files(std::size_t files) {
 
 /// Ticks are of one run, and so are its counters.
 template <class Record>
-inline constexpr bool kMerged = !std::is_same_v<Record, TickRecord> &&
-                                !std::is_same_v<Record, RunStatus>;
+inline constexpr bool kMerged =
+    !std::is_same_v<Record, TickRecord> && !std::is_same_v<Record, RunStatus>;
 
 /// The place of a record among those of the same time: by probe or electrode, which are numbered
 /// through all sessions.

@@ -64,12 +64,18 @@ void drop_unused_probes(Scene& scene) {
   scene.model.indenters.resize(kept);
 }
 
+/// A patch with the name of one of the preset's starts with the values of that one; others start
+/// with those of the first, but are drawn differently.
 void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   std::vector<PatchParameters> patches;
+  const auto& presets = scene.model.patches;
   for_each_table(root, "receptors", findings, [&](const toml::table& table) {
-    PatchParameters patch = scene.model.patches.front();
-    // Patches without their own seed are drawn differently.
-    patch.receptors.seed += patches.size();
+    const auto name = table["name"].value_or(std::string());
+    const auto same = std::find_if(presets.begin(), presets.end(), [&](const auto& each) {
+      return !name.empty() && each.name == name;
+    });
+    PatchParameters patch = same != presets.end() ? *same : presets.front();
+    if (same == presets.end()) patch.receptors.seed += patches.size();
     read_receptors(SceneTable(table, "receptors", findings), patch);
     patches.push_back(std::move(patch));
   });
