@@ -5,7 +5,7 @@ usage: tests/mutation.py PATH… [--sample N] [--seed S] [--build build/release]
 
 PATH is a source file, or a folder for its .cpp files. Each place where an operator, a bound, a constant or a condition can be exchanged, or a statement
 left out, is a candidate; --sample draws N of them from a seed, without it all are made. A change is killed if a test fails, stops or
-exceeds its time; a change that does not compile is not counted. The tests named after the changed file run first. The source is
+lasts 20 times as long as without it; a change that does not compile is not counted. The tests named after the changed file run first. The source is
 restored after every change, also after an interruption; a changed file must not have uncommitted edits. The exit code is 1 if fewer
 than 90 % are killed.
 
@@ -20,11 +20,13 @@ import random
 import re
 import subprocess
 import sys
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 EQUIVALENT = ROOT / "tests/equivalent_mutations.txt"
 LEAST_KILLED = 0.9
-TEST_S = 300
+SLOWER = 20
+LEAST_S = 10
 # The longest matching folder decides: its test programs, and which of their tests run.
 SUITES = {
     "core/encoding": {"tests/core/merkel_encoding_tests": "*"},
@@ -111,18 +113,18 @@ def builds(build, path):
     return run(["cmake", "--build", build, "--target", *(suite.split("/")[-1] for suite in suites_of(path))], 3600) == 0
 
 
-def passes(build, path):
-    """Whether all tests pass; those of files named after the changed one go first."""
+def passes(build, path, most_s=3600):
+    """Whether all tests pass in time; those of files named after the changed one go first."""
     own = set()
     for file in (ROOT / "tests" / path.split("/")[0]).rglob(f"{pathlib.Path(path).stem}*_test.cpp"):
         own.update(re.findall(r"^TEST(?:_[FP])?\((\w+),", file.read_text(), re.MULTILINE))
     filters = [":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(own))] if own else []
     programs = suites_of(path).items()
-    return all(run([f"{build}/{program}", f"--gtest_filter={each or tests}", "--gtest_fail_fast", "--gtest_brief=1"], TEST_S) == 0
+    return all(run([f"{build}/{program}", f"--gtest_filter={each or tests}", "--gtest_fail_fast", "--gtest_brief=1"], most_s) == 0
                for each in [*filters, ""] for program, tests in programs)
 
 
-def outcome(mutation, build):
+def outcome(mutation, build, most_s):
     source = ROOT / mutation.path
     text = source.read_text()
     lines = text.split("\n")
@@ -131,7 +133,7 @@ def outcome(mutation, build):
         source.write_text("\n".join(lines))
         if not builds(build, mutation.path):
             return "not compiled"
-        return "survived" if passes(build, mutation.path) else "killed"
+        return "survived" if passes(build, mutation.path, most_s) else "killed"
     finally:
         source.write_text(text)
 
@@ -163,13 +165,17 @@ def main():
     changed = sorted({each.path for each in chosen})
     if run(["git", "diff", "--quiet", "--", *changed], 60) != 0:
         sys.exit("commit the edits of these files first: a change would be mixed with them")
-    for path in {tuple(suites_of(path)): path for path in changed}.values():
-        if not builds(arguments.build, path) or not passes(arguments.build, path):
+    most_s = {}
+    for suites, path in {tuple(suites_of(path)): path for path in changed}.items():
+        built = builds(arguments.build, path)
+        begin = time.monotonic()
+        if not built or not passes(arguments.build, path):
             sys.exit(f"the tests of {path} fail without a change")
+        most_s[suites] = max(LEAST_S, SLOWER * (time.monotonic() - begin))
     counts = collections.Counter()
     try:
         for mutation in chosen:
-            result = outcome(mutation, arguments.build)
+            result = outcome(mutation, arguments.build, most_s[tuple(suites_of(mutation.path))])
             counts[result] += 1
             print(f"{result:13}{described(mutation)}", flush=True)
     finally:

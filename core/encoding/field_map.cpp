@@ -37,7 +37,6 @@ double FieldMap::weight(double x_mm, double y_mm, double reach_mm) const noexcep
       continue;
     }
     const double outside_mm = std::sqrt(square_mm2) - full_mm;
-    if (!(outside_mm < border_mm_)) continue;
     largest = std::max(largest, disc.weight * (1.0 - outside_mm / border_mm_));
   }
   return largest;

@@ -15,10 +15,6 @@ FieldTouch::FieldTouch(std::span<const EncoderSource> sources, const EncodedMode
   }
 }
 
-void FieldTouch::reset() noexcept {
-  for (TouchHistory& each : history_) each.reset(0.0);
-}
-
 void FieldTouch::advance(std::size_t source, std::span<const Press> presses,
                          bool restarts) noexcept {
   const OfField& field = fields_[source];

@@ -20,8 +20,6 @@ class FieldTouch {
  public:
   FieldTouch(std::span<const EncoderSource> sources, const EncodedModel& model);
 
-  /// Restarts all histories without a touch.
-  void reset() noexcept MERKEL_REALTIME;
   /// Advances a field by a tick.
   /// \param presses  one per probe
   /// \param restarts  whether its history begins with this tick

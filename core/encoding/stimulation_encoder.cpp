@@ -171,7 +171,6 @@ StimulationEncoder::StimulationEncoder(const EncodingParameters& parameters,
 
 void StimulationEncoder::reset() noexcept {
   activity_.reset();
-  touch_.reset();
   group_pulses_.reset();
   std::fill(own_.begin(), own_.end(), OwnDrive{});
   std::fill(stop_of_patch_.begin(), stop_of_patch_.end(), Stop::kNone);

@@ -157,7 +157,6 @@ bool StimulatorSteps::suffice(std::span<const StimulationCommand> commands,
 }
 
 std::size_t StimulatorSteps::round_pulses(std::span<StimulationCommand> pulses) noexcept {
-  if (!active_) return pulses.size();
   round_down(pulses);
   const auto end = std::remove_if(pulses.begin(), pulses.end(),
                                   [](const auto& pulse) { return !(pulse.amplitude_uA > 0.0); });

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/encoding/charge_window.hpp"
 #include "core/encoding/field_map.hpp"
 #include "tests/core/encoding/tick_feed.hpp"
 
@@ -160,6 +161,23 @@ TEST(ElectrodeGroups, AnElectrodeBesideThemKeepsItsOwnSettings) {
   EXPECT_EQ(parameters.electrodes[1].encoder, EncoderKind::kLinear);
 }
 
+TEST(ElectrodeGroups, AnElectrodeInThemKeepsItsOwnLimits) {
+  EncodingParameters parameters = group_of(2);
+  parameters.electrodes[1].max_slope_uA_per_s = 500.0;
+  parameters.join_groups();
+  EXPECT_EQ(parameters.electrodes[1].max_slope_uA_per_s, 500.0);
+}
+
+TEST(ElectrodeGroups, PulseAlsoLessThanOnceASecond) {
+  EncodingParameters parameters = group_of(2);
+  parameters.groups[0].pattern.frequency_Hz = {0.4, 0.4};
+  parameters.join_groups();
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = press_of(500.0);
+  EXPECT_EQ(pulses_of(encoder, feed, 1260).size(), 2U);  // every 1.25 s
+}
+
 TEST(ElectrodeGroups, InvalidDrivesSwitchThemOffAndAreCounted) {
   auto encoder = *StimulationEncoder::create(group_of(2), grid_model());
   TickFeed feed(encoder, kTick);
@@ -269,6 +287,26 @@ TEST(ElectrodeGroups, AreRefusedWithAdviceWhereTheyCannotBe) {
             "electrode_group[tip].frequency_Hz is too high to stagger the pulses of 4 electrodes: "
             "with 2.6 ms between two pulses (a tick and a pulse, whichever is longer), it is at "
             "most 96");
+  EXPECT_EQ(refusal_of([](auto& p) {
+              p.groups.push_back(p.groups[0]);
+              p.groups[1].pattern.name = "side";
+              p.groups[1].pattern.frequency_Hz[1] = 501.0;
+              p.electrodes[2].group = p.electrodes[3].group = 1;
+            }),
+            "electrode_group[side].frequency_Hz is too high to stagger the pulses of 2 electrodes: "
+            "with 1 ms between two pulses (a tick and a pulse, whichever is longer), it is at most "
+            "500");
+  EXPECT_EQ(refusal_of([](auto& p) {
+              p.groups[0].pattern.frequency_Hz[1] = 250.0;
+              auto alone = electrode_at("alone", EncoderKind::kLinear, 5.0, 5.0, 1.5);
+              alone.phase = milliseconds{1};
+              alone.amplitude_uA = {1.0, 10.0};
+              p.electrodes.push_back(alone);
+            }),
+            "");
+  EXPECT_TRUE(refusal_of([](auto& p) {
+                p.groups[0].pattern.full_rate_Hz = 0.0;
+              }).starts_with("electrode_group[tip].full_rate_Hz"));
   EXPECT_NE(refusal_of([](auto& p) { p.groups[0].pattern.frequency_Hz = {}; }), "");
   EXPECT_NE(refusal_of([](auto& p) { p.groups[0].pattern.name = ""; }), "");
   EXPECT_NE(refusal_of([](auto& p) { p.groups[0].pattern.field_mm = {1.0, 2.0}; }), "");
@@ -350,6 +388,29 @@ TEST(ElectrodeGroups, TheLimiterKeepsTheChargeOfAnySecond) {
   }
 }
 
+TEST(ChargeWindow, ForgetsWhatCameBeforeAReset) {
+  ChargeWindow window(64.0, milliseconds{1});
+  const auto taken = [&](int start_ms) {
+    int pulses = 0;
+    for (int k = 0; k < 10; ++k) {
+      pulses += window.takes(milliseconds{start_ms + 10 * k}, 80.0, microseconds{200}) ? 1 : 0;
+    }
+    return pulses;
+  };
+  EXPECT_EQ(taken(0), 4);
+  window.reset();
+  EXPECT_EQ(taken(1500), 4);
+}
+
+TEST(ChargeWindow, HasRoomForTheShortestDistance) {
+  ChargeWindow window(StimulationLimiter::kNone, milliseconds{1});
+  for (int k = 0; k < 1002; ++k) {
+    ASSERT_TRUE(window.takes(k * microseconds{500}, 80.0, microseconds{200}));
+  }
+  EXPECT_FALSE(window.takes(milliseconds{501}, 80.0, microseconds{200}));
+  EXPECT_TRUE(window.takes(milliseconds{1000}, 80.0, microseconds{200}));
+}
+
 TEST(ElectrodeGroups, PulsesWithinTheChargeOfASecondGoOnForLong) {
   // Four of 16 nC a second are all that is allowed, by the charge and by the distance.
   StimulationLimiter limiter(
@@ -413,10 +474,11 @@ TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {
 
 TEST(Encoders, LinearAmplitudeKeepsTheStrongestFrequency) {
   Electrode electrode = electrode_at("E1", EncoderKind::kLinearAmplitude, 15.0, 10.0, 3.0);
+  electrode.full_force_N = 2.0;
   auto encoder = *StimulationEncoder::create(encoding_of({electrode}), grid_model());
   TickFeed feed(encoder, kTick);
   EXPECT_EQ(feed.step()[0].frequency_Hz, 0.0);
-  feed.press = press_of(250.0);
+  feed.press = press_of(500.0);
   StimulationCommand last;
   for (int k = 0; k < 10; ++k) {
     for (const auto& command : feed.step()) last = command;

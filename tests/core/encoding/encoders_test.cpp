@@ -39,6 +39,8 @@ TEST(Okorokova, GivesTheHandComputedValues) {
   const PopulationResponse release = okorokova_response({0.0, 1.0, 1.0, 1.0});
   EXPECT_NEAR(release.rate_Hz, 1365.9514, 1e-9);   // −554.7820 + 1559.4952 + 364.3545 − 3.1163
   EXPECT_NEAR(release.recruited, 368.0118, 1e-9);  // −164.2083 + 527.9869 + 6.3115 − 2.0783
+  // 0.0035 × (181.7049 + 527.9869 + 6.3115) − 2.0783
+  EXPECT_NEAR(okorokova_response({0.0035, 0.0, 0.0, 0.0}).recruited, 0.42771, 1e-5);
   EXPECT_EQ(okorokova_response({}).rate_Hz, 0.0);  // −3.1163 is clipped
   EXPECT_EQ(okorokova_response({}).recruited, 0.0);
 }
@@ -240,6 +242,61 @@ TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   EXPECT_NEAR(amplitude_uA(500.0, 18.9), 35.0, 1e-12);  // the contact's rim reaches the field
   EXPECT_EQ(amplitude_uA(500.0, 19.1), 0.0);
   EXPECT_EQ(amplitude_uA(5000.0, 15.0), 80.0);
+  EXPECT_EQ(encoder.clippings().all(), 0U);  // the encoder itself ends at its range
+}
+
+TEST(Encoders, AnOwnDriveWithoutAFrequencyIsOff) {
+  StimulationEncoder encoder = encoder_of(electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0));
+  TickFeed feed(encoder, kTick);
+  encoder.set_drive({.amplitude = 0.5, .frequency = 0.0});
+  const StimulationCommand off = feed.step()[0];
+  EXPECT_EQ(off.amplitude_uA, 0.0);
+  EXPECT_EQ(off.frequency_Hz, 0.0);
+  EXPECT_EQ(off.stop, StimulationCommand::Stop::kNone);
+}
+
+/// The afferent nearest to (15, 10) mm.
+constexpr std::uint32_t kMiddle = 9 * 30 + 15;
+
+TEST(Encoders, SpikesOfAnEarlierPressCountAfterItHasSettled) {
+  // The press was there before the first tick, which begins at 0.
+  const auto amplitude_uA = [](int tick_of_spikes) {
+    StimulationEncoder encoder =
+        encoder_of(electrode_at("E1", EncoderKind::kRate, 15.0, 10.0, 3.0));
+    TickFeed feed(encoder, kTick);
+    feed.press = {.contact = {.depth_mm = 0.5}, .x_mm = 15.0, .y_mm = 10.0};
+    double last = -1.0;
+    for (int k = 1; k <= 51; ++k) {
+      for (int n = 0; n < 20 && k == tick_of_spikes; ++n) feed.spike(microseconds{500}, kMiddle);
+      for (const auto& command : feed.step()) last = command.amplitude_uA;
+    }
+    return last;
+  };
+  EXPECT_EQ(amplitude_uA(50), 0.0);
+  EXPECT_GT(amplitude_uA(51), 20.0);
+}
+
+TEST(Encoders, AResetForgetsTheSpikesOfEveryElectrode) {
+  Electrode rate = electrode_at("E1", EncoderKind::kRate, 15.0, 10.0, 3.0);
+  Electrode recruited = electrode_at("E2", EncoderKind::kRecruited, 15.0, 10.0, 1.0);
+  Electrode other = electrode_at("E3", EncoderKind::kRate, 15.0, 10.0, 3.0);
+  StimulationEncoder encoder =
+      *StimulationEncoder::create(encoding_of({rate, recruited, other}), grid_model());
+  const auto amplitudes_uA = [&](int spikes) {
+    TickFeed feed(encoder, kTick);
+    for (int n = 0; n < spikes; ++n) feed.spike(microseconds{500}, kMiddle);
+    std::vector<double> all;
+    for (const auto& command : feed.step()) all.push_back(command.amplitude_uA);
+    return all;
+  };
+  const auto first = amplitudes_uA(20);
+  for (const double each : first) EXPECT_GT(each, 20.0);
+  encoder.reset();
+  EXPECT_EQ(amplitudes_uA(0), std::vector<double>(3, 0.0));
+  encoder.reset();
+  amplitudes_uA(20);
+  encoder.reset();
+  EXPECT_EQ(amplitudes_uA(20), first);
 }
 
 }  // namespace

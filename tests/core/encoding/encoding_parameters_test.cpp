@@ -51,6 +51,8 @@ TEST(EncodingParameters, RefusesARangeThatExceedsALimit) {
   EXPECT_EQ(fault([](auto& p) { p.stimulation.max_total_uA = 70.0; }),
             "electrode[E1].amplitude_uA reaches 80 µA, above stimulation.max_total_uA = 70 by "
             "itself: lower the amplitude");
+  EXPECT_EQ(fault([](auto& p) { p.stimulation.max_total_uA = 80.0; }), "");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].frequency_Hz[1] = 2500.0; }), "");
   EXPECT_EQ(fault([](auto& p) { p.electrodes[0].frequency_Hz[1] = 2600.0; }),
             "electrode[E1].frequency_Hz reaches 2600 Hz, whose period is shorter than a pulse of "
             "two phases of 200 µs: lower the frequency or shorten stimulation.phase_us");

@@ -106,6 +106,18 @@ TEST_F(Pressed, ASilentProbeIsReleasedAlsoIfItIsDoubted) {
   EXPECT_EQ(last_.stop, Stop::kReleased);
 }
 
+TEST_F(Pressed, AfterAResetAReleaseIsAStopAgain) {
+  feed_.state = State::kReleased;
+  ASSERT_TRUE(step());
+  EXPECT_EQ(encoder_.stops(), 1U);
+  encoder_.reset();
+  EXPECT_EQ(encoder_.stops(), 0U);
+  TickFeed again(encoder_, kTick);
+  again.state = State::kReleased;
+  EXPECT_EQ(again.step()[0].stop, Stop::kReleased);
+  EXPECT_EQ(encoder_.stops(), 1U);
+}
+
 TEST_F(Pressed, AHeldSampleDoesNotStopItButAnEndedRecordingDoes) {
   feed_.state = State::kHeld;
   for (int k = 0; k < 20; ++k) step();

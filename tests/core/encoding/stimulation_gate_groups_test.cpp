@@ -110,6 +110,19 @@ TEST(StimulationGateGroups, TheChargeOfASecondIsNotForgottenWhenARecordingIsPlay
   EXPECT_EQ(gate.pass(milliseconds{2'001}, {gate.pulse(milliseconds{2'001}, 80.0, 2)}).size(), 1U);
 }
 
+TEST(StimulationGateGroups, ASecondHasRoomForTheShortestPulsesOfTheGroup) {
+  EncodingParameters parameters = grouped();
+  parameters.electrodes[1].phase = microseconds{3000};  // 166 of its pulses fill a second
+  GroupedGate gate(parameters);
+  std::size_t left = 0;
+  for (int k = 0; k < 250; ++k) {
+    const nanoseconds now = milliseconds{100 + 4 * k};
+    gate.update(now, 0.0);
+    left += gate.pass(now, {gate.pulse(now, 5.0, 0)}).size();
+  }
+  EXPECT_EQ(left, 250U);
+}
+
 TEST(StimulationGateGroups, WhatLeavesIsOnTheStepsOfTheStimulator) {
   EncodingParameters parameters = grouped();
   parameters.stimulation.max_slope_uA_per_s = 250.0;

@@ -384,6 +384,59 @@ TEST(StimulationGate, NothingFollowsTheEnd) {
   EXPECT_TRUE(output.passed(milliseconds{500}, {}, milliseconds{105}).empty());
 }
 
+TEST(StimulationGate, ARecordingThatIsPlayedAgainAfterItsEndIsWatched) {
+  OneElectrode output;
+  output.pass(milliseconds{100}, 50.0);
+  output.passed(milliseconds{110}, update_at(milliseconds{108}, 0.0, Stop::kEnd));
+  output.jump();
+  const auto played =
+      output.passed(milliseconds{120}, update_at(milliseconds{20}, 50.0), {}, {}, milliseconds{98});
+  ASSERT_EQ(played.size(), 1U);
+  EXPECT_EQ(played[0].amplitude_uA, 50.0);
+  const auto off = output.passed(milliseconds{181}, {}, milliseconds{120}, {}, milliseconds{98});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStale);
+}
+
+TEST(StimulationGate, NoUpdateFollowsALaterPulse) {
+  TwoElectrodes output(two_electrodes(0.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  EXPECT_EQ(output.pass(milliseconds{110}, {output.pulse(milliseconds{109}, 50.0)}).size(), 1U);
+  EXPECT_TRUE(output.pass(milliseconds{111}, output.update(milliseconds{107}, 9.0, 50.0, 0.0, 0.0))
+                  .empty());
+}
+
+TEST(StimulationGate, AnOffHasTheProbeTimeOfItsInstant) {
+  constexpr milliseconds kOffset{700};
+  OneElectrode output;
+  output.passed(milliseconds{1000}, update_at(milliseconds{298}, 50.0), {}, {}, kOffset);
+  const auto off = output.passed(milliseconds{1061}, {}, milliseconds{1000}, {}, kOffset);
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].time, milliseconds{1061 - 700 - 3});
+}
+
+TEST(StimulationGate, SwitchesOffAfterAPauseOfItsThreadThatIsLongerThanTheWatchdog) {
+  OneElectrode output;
+  output.pass(milliseconds{100}, 50.0);
+  // Updates are late only 10 ms later.
+  const auto off = output.passed(milliseconds{165}, {});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStale);
+}
+
+TEST(StimulationGate, AmplitudesBelowAMicroampereLeave) {
+  OneElectrode one;
+  const auto update = one.pass(milliseconds{100}, 0.5);
+  ASSERT_EQ(update.size(), 1U);
+  EXPECT_EQ(update[0].amplitude_uA, 0.5);
+  EXPECT_EQ(update[0].frequency_Hz, 100.0);
+  TwoElectrodes two(two_electrodes(0.0));
+  two.pass(milliseconds{100}, two.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  const auto pulse = two.pass(milliseconds{105}, {two.pulse(milliseconds{104}, 0.5)});
+  ASSERT_EQ(pulse.size(), 1U);
+  EXPECT_EQ(pulse[0].amplitude_uA, 0.5);
+}
+
 /// The loop, the device and the sink of a run on a simulated host, with faults.
 class FaultyHost {
  public:

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/encoding/encoding_parameters.hpp"
 #include "core/math/random.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
 
@@ -60,6 +61,30 @@ TEST(StimulationLimiter, LeavesValidCommandsUnchanged) {
   EXPECT_EQ(weak[0].frequency_Hz, 100.0);
   EXPECT_EQ(weak[1].frequency_Hz, 0.0);
   EXPECT_EQ(limiter.clippings(), StimulationLimiter::Clippings{});
+}
+
+TEST(StimulationLimiter, TheChargeIsKeptBelowAMicroampereToo) {
+  const nanoseconds phase = microseconds{200};
+  int rounded_up = 0;
+  for (int k = 1; k <= 1000; ++k) {
+    const double most_nC = 1e-4 * k;
+    StimulationLimiter limiter(kWide, {{80.0, 200.0, phase, most_nC}});
+    limiter.reset(nanoseconds{0});
+    const double amplitude_uA = limited(limiter, milliseconds{10}, {80.0})[0];
+    const double quotient_uA = most_nC * 1e3 / 200.0;
+    rounded_up += charge_nC(quotient_uA, phase) > most_nC ? 1 : 0;
+    ASSERT_LE(charge_nC(amplitude_uA, phase), most_nC);
+    ASSERT_NEAR(amplitude_uA, quotient_uA, 1e-15);
+  }
+  EXPECT_GT(rounded_up, 0);
+}
+
+TEST(StimulationLimiter, PulsesBelowAMicroampereAreKept) {
+  StimulationLimiter limiter(kWide, {{80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{1}, 0.5)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 1U);
+  EXPECT_EQ(pulses[0].amplitude_uA, 0.5);
 }
 
 TEST(StimulationLimiter, ClipsAmplitudeChargeAndFrequency) {

@@ -131,6 +131,22 @@ TEST(StimulatorProfile, PhasesOfDifferentLengthAreDifferentWaveforms) {
   EXPECT_EQ(update[1].amplitude_uA, 9.0);
 }
 
+TEST(StimulatorProfile, DoublesItsStepsUntilTheWaveformsSuffice) {
+  EncodingParameters box = stimulated(2);
+  box.stimulator.waveforms = 1;
+  StimulatorSteps steps(box);
+  std::vector update = {train(5.0, 100.0, 0), train(6.0, 100.0, 1)};
+  steps.round_down(update);
+  EXPECT_EQ(update[0].amplitude_uA, 4.0);
+  EXPECT_EQ(update[1].amplitude_uA, 4.0);
+}
+
+TEST(StimulatorProfile, ALowFrequencyIsKeptWhereTheStimulatorHasIt) {
+  EncodingParameters box = stimulated(1);
+  box.stimulator.min_frequency_Hz = box.stimulator.frequency_step_Hz = 0.0;
+  EXPECT_EQ(rounded(box, 20.0, 0.5), std::pair(20.0, 0.5));
+}
+
 TEST(StimulatorProfile, CountsWhatRoundingTakesAway) {
   StimulatorSteps steps(stimulated(2));
   std::vector update = {train(20.75, 99.5, 0), train(30.0, 50.0, 1)};
@@ -152,6 +168,13 @@ TEST(StimulatorProfile, RefusesScenesThatTheStimulatorCannotGive) {
   EXPECT_EQ(refusal([](auto&) {}), "");
   EXPECT_EQ(refusal([](auto& p) { p.stimulation.interphase = microseconds{52}; }),
             "stimulation.interphase_us must be one that the stimulator box has: 53 to 65535 µs in "
+            "steps of 1");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_interphase = microseconds{53}; }), "");
+  EXPECT_EQ(refusal([](auto& p) {
+              p.stimulation.second_phase = microseconds{400};
+              p.stimulator.max_phase = microseconds{300};
+            }),
+            "stimulation.second_phase_us must be one that the stimulator box has: 44 to 300 µs in "
             "steps of 1");
   EXPECT_NE(refusal([](auto& p) { p.stimulation.phase = nanoseconds{200'500}; }), "");
   EXPECT_EQ(refusal([](auto& p) { p.electrodes[0].phase = microseconds{43}; }),
