@@ -13,19 +13,34 @@ class StimulationSwitch {
  public:
   enum class By : std::uint8_t { kNone, kSignal, kPage, kProgram, kTerminal };
 
+  struct State {
+    By by = By::kNone;        ///< kNone: it is not stopped
+    By last = By::kNone;      ///< of the last stop
+    std::uint16_t stops = 0;  ///< so far, modulo 2^16: tells of a stop that is over
+  };
+
   /// The first stop counts.
   void stop(By by) noexcept {
-    By none = By::kNone;
-    by_.compare_exchange_strong(none, by);
+    State state = state_.load();
+    State stopped;
+    do {
+      if (state.by != By::kNone) return;
+      stopped = {by, by, static_cast<std::uint16_t>(state.stops + 1)};
+    } while (!state_.compare_exchange_weak(state, stopped));
   }
   /// Commands go on from 0, within the limits.
-  void start() noexcept { by_.store(By::kNone); }
+  void start() noexcept {
+    State state = state_.load();
+    while (!state_.compare_exchange_weak(state, {By::kNone, state.last, state.stops})) {
+    }
+  }
+  [[nodiscard]] State state() const noexcept { return state_.load(); }
   /// kNone: it is not stopped.
-  [[nodiscard]] By stopped() const noexcept { return by_.load(std::memory_order_relaxed); }
+  [[nodiscard]] By stopped() const noexcept { return state().by; }
 
  private:
-  std::atomic<By> by_{By::kNone};
-  static_assert(std::atomic<By>::is_always_lock_free, "a signal handler stores it");
+  std::atomic<State> state_{State{}};
+  static_assert(std::atomic<State>::is_always_lock_free, "a signal handler stores it");
 };
 
 /// "SIGUSR1", "the live page", "the program", "the terminal".

@@ -98,6 +98,7 @@ struct Pipeline::Parts {
   DelayControl::Shortage shortage;
   nanoseconds ceiling_reached{0};  ///< of a delay that does not suffice, once reported
   bool catch_up_reported = false;
+  std::uint16_t stops_by_hand = 0;  ///< reported
   RecentLatency recent;
   RunWatch watch{fanout.beat(), delay_ns};
   std::optional<StallWatch> stalls;  ///< if a delay is measured
@@ -352,18 +353,27 @@ void Pipeline::Parts::attend(const HostTimeReport& host, pthread_t simulation, R
 
 /// Reports a stop of stimulation by hand, and its end, also to the sinks that take marks.
 void Pipeline::Parts::follow_switch(RunReport& report) {
-  const StimulationSwitch::By by = watch.stimulation().stopped();
-  if (parameters.encoder == nullptr || by == report.stimulation_stopped) return;
-  const bool stops = by != StimulationSwitch::By::kNone;
-  const std::string sentence =
-      stops ? "stimulation stopped by " + std::string(name_of(by)) : "stimulation started again";
+  using By = StimulationSwitch::By;
+  const StimulationSwitch::State now = watch.stimulation().state();
+  if (parameters.encoder == nullptr) return;
   const nanoseconds at = simulated_in(counters(), model.parameters().tick);
-  report.stimulation_stopped = by;
-  if (stops) report.stimulation_stop = {.by = by, .at = at};
-  sinks.mark({.time = report.start + at, .label = sentence});
-  if (!parameters.on_notice) return;
-  parameters.on_notice(sentence + (stops ? ": all electrodes are off until it is started again"
-                                         : ": amplitudes rise from 0 within the limits"));
+  const auto say = [&](const std::string& sentence, const char* effect) {
+    sinks.mark({.time = report.start + at, .label = sentence});
+    if (parameters.on_notice) parameters.on_notice(sentence + effect);
+  };
+  const bool stops = std::exchange(stops_by_hand, now.stops) != now.stops;
+  const bool was_stopped = report.stimulation_stopped != By::kNone;
+  const auto say_start = [&] {
+    say("stimulation started again", ": amplitudes rise from 0 within the limits");
+  };
+  if (stops && was_stopped) say_start();
+  if (stops) {
+    report.stimulation_stop = {.by = now.last, .at = at};
+    say("stimulation stopped by " + std::string(name_of(now.last)),
+        ": all electrodes are off until it is started again");
+  }
+  if ((stops || was_stopped) && now.by == By::kNone) say_start();
+  report.stimulation_stopped = now.by;
 }
 
 void Pipeline::Parts::drain_events(RunReport& report) {
@@ -429,6 +439,7 @@ void Pipeline::Parts::report_catch_up(nanoseconds elapsed) {
 
 void Pipeline::Parts::finish(RunReport& report) {
   report.interrupted = stop.load(std::memory_order_relaxed);
+  follow_switch(report);
   probes.finish(report);
   static_cast<RunCounters&>(report) = counters();
   report.delay = nanoseconds{delay_ns.load()};

@@ -23,7 +23,6 @@ class GroupPulses {
  public:
   explicit GroupPulses(const EncodingParameters& parameters);
 
-  [[nodiscard]] bool empty() const noexcept { return groups_.empty(); }
   void reset() noexcept MERKEL_REALTIME;
   /// Keeps the trains of groups and switches them off in the update, except invalid ones.
   void take(std::span<StimulationCommand> update) noexcept MERKEL_REALTIME;

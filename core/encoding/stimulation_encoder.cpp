@@ -282,7 +282,6 @@ std::size_t StimulationEncoder::collect_pulses(const Tick& tick) noexcept {
           .kind = Kind::kPulse};
     }
   }
-  if (group_pulses_.empty()) return pulses;
   group_pulses_.stop(stop_of_patch_);
   const nanoseconds end = tick.records.front().time;
   return group_pulses_.append(commands_, pulses, end - tick_, end, heartbeat_);

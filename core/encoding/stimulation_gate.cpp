@@ -75,9 +75,10 @@ void StimulationGate::watch(const Moment& moment) {
   const bool resumes = last_call_ && moment.now - *last_call_ > watchdog_;
   const bool starves = moment.now - last_sent_ > watchdog_ + update_;
   const bool hangs = moment.now - moment.last_tick > watchdog_;
-  const bool stops = moment.stopped && !stopped_;
+  const bool stops = moment.stops != stops_;
   last_call_ = moment.now;
-  stopped_ = moment.stopped;
+  stops_ = moment.stops;
+  stopped_ = moment.stopped || stops;
   if (heartbeat_ == 0 || ended_) return;
   bool starts = resumes;
   for (std::size_t e = 0; e < lines_.size(); ++e) {

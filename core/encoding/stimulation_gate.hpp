@@ -37,6 +37,7 @@ class StimulationGate {
     Time last_tick{0};               ///< when the loop last published a tick
     std::span<const Time> newest{};  ///< time of each patch's oldest newest sample; see kNone
     bool stopped = false;            ///< by hand: everything is off, at once
+    std::uint16_t stops = 0;         ///< by hand, so far: also one that is over switches off
   };
   /// For a patch without a device: its samples are never stale.
   static constexpr Time kNone = Time::max();
@@ -110,7 +111,8 @@ class StimulationGate {
   std::uint32_t heartbeat_ = 0;   ///< 0: nothing has left
   bool needs_update_ = true;      ///< before a pulse may leave
   bool ended_ = false;
-  bool stopped_ = false;  ///< by hand
+  bool stopped_ = false;     ///< by hand
+  std::uint16_t stops_ = 0;  ///< by hand
   Counts counts_;
 };
 

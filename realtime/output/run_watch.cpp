@@ -18,12 +18,14 @@ StimulationGate::Moment RunWatch::moment(std::span<nanoseconds> newest) const no
   }
   // The clock is read last: everything above is older.
   const nanoseconds last_tick = beat_.last_published();
+  const StimulationSwitch::State by_hand = stimulation_.state();
   return {.now = host_now(),
           .wall_offset = nanoseconds{wall_offset_.load(std::memory_order_relaxed)},
           .delay = nanoseconds{delay_.load(std::memory_order_relaxed)},
           .last_tick = last_tick,
           .newest = newest,
-          .stopped = stimulation_.stopped() != StimulationSwitch::By::kNone};
+          .stopped = by_hand.by != StimulationSwitch::By::kNone,
+          .stops = by_hand.stops};
 }
 
 }  // namespace merkel

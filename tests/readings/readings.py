@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What merkel makes of what a device sends: readings.py PROGRAM [--write README.md | --check README.md] [WORD]
+"""What merkel makes of what a device sends: readings.py PROGRAM [--write README.md | --check README.md] [--part K/N] [--thin] [WORD]
 
-Runs the program on each case of cases.toml whose title contains WORD, checks what it reads and says, and prints the cases as
-a Markdown table. A case has
+Runs the program on each case of cases.toml whose title contains WORD, or on every Nth of them from the Kth on, checks what it
+reads and says, and prints the cases as a Markdown table. --thin: of a case that is sent in two ways, one. A case has
 
   title   what a device does
   sent    what it sends, as the table shows it
@@ -347,16 +347,23 @@ def main():
     program = pathlib.Path(arguments.pop(0)).resolve()
     mode = arguments.pop(0) if arguments and arguments[0].startswith("--") else ""
     page = pathlib.Path(arguments.pop(0)) if mode else None
-    word = arguments[0] if arguments else ""
+    part, parts = 1, 1
+    if "--part" in arguments:
+        at = arguments.index("--part")
+        part, parts = map(int, arguments[at + 1].split("/"))
+        del arguments[at : at + 2]
+    thin = "--thin" in arguments
+    word = next((each for each in arguments if each != "--thin"), "")
     cases = tomllib.loads((HERE / "cases.toml").read_text())["case"]
     table = ["| what a device does | what it sends | what merkel reads | what it says |", "|---|---|---|---|"]
     failed = False
-    for case in cases:
+    for number, case in enumerate(cases):
         table.append(row_of(case))
-        if word.lower() not in case["title"].lower():
+        if word.lower() not in case["title"].lower() or number % parts != part - 1:
             continue
         ways = case.get("via", "tcp")
-        for via in [ways] if isinstance(ways, str) else ways:
+        ways = [ways] if isinstance(ways, str) else ways
+        for via in [ways[number // parts % len(ways)]] if thin else ways:
             with tempfile.TemporaryDirectory(prefix="merkel-") as folder:
                 read, printed = run_case(program, case, via, pathlib.Path(folder))
             faults = check(case, read, printed)

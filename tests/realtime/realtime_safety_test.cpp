@@ -312,13 +312,19 @@ class WatchingSink final : public Sink {
   RunControl* control_ = nullptr;
 };
 
-/// One electrode of each kind, in the middle of the patch.
+/// One electrode of each kind, in the middle of the patch, and a group, on a stimulator that holds
+/// few waveforms.
 StimulationEncoder encoder_of(const TactileModel& model) {
   EncodingParameters parameters;
-  for (int kind = 0; kind < 5; ++kind) {
-    Electrode electrode{.name = "E" + std::to_string(kind)};
+  parameters.groups.emplace_back().pattern.name = "group";
+  parameters.groups[0].pattern.encoder = EncoderKind::kLinear;
+  parameters.groups[0].pattern.frequency_Hz = {0.0, 200.0};
+  constexpr int kKinds = static_cast<int>(EncoderKind::kOwn) + 1;
+  for (int i = 0; i < kKinds + 2; ++i) {
+    Electrode electrode{.name = "E" + std::to_string(i)};
     electrode.field_mm = {15.0, 10.0, 8.0};
-    electrode.encoder = static_cast<EncoderKind>(kind);
+    electrode.encoder = static_cast<EncoderKind>(i % kKinds);
+    if (i >= kKinds) electrode.group = 0;
     electrode.amplitude_uA = {20.0, 80.0};
     electrode.frequency_Hz = {0.0, 200.0};
     parameters.electrodes.push_back(electrode);
@@ -328,6 +334,10 @@ StimulationEncoder encoder_of(const TactileModel& model) {
   parameters.stimulation.watchdog = std::chrono::milliseconds{100};
   parameters.stimulation.max_electrodes = 3;
   parameters.stimulation.max_slope_uA_per_s = 2000.0;
+  parameters.stimulator.name = "box";
+  parameters.stimulator.amplitude_step_uA = 1.0;
+  parameters.stimulator.waveforms = 2;
+  parameters.join_groups();
   return *StimulationEncoder::create(parameters, encoded_model(model));
 }
 

@@ -141,10 +141,15 @@ TEST(OutputSafety, DatedNamesNeverCollideAndAKilledRunIsFinishedByTheNext) {
   const TemporaryFolder folder;
   const std::string sink = "xdf:" + folder.path("session-%t.xdf");
   StartedProgram program({"run", "--probe", kLong, "--sink", sink});
-  std::this_thread::sleep_for(milliseconds{1500});
+  std::vector<std::string> parts;
+  for (int i = 0; i < 3000 && parts.empty(); ++i) {
+    std::this_thread::sleep_for(milliseconds{10});
+    parts = files_like(folder, ".xdf.part");
+  }
+  ASSERT_EQ(parts.size(), 1U);
+  ASSERT_TRUE(wait_for_bytes(parts[0], 20'000));  // more than its headers
   program.send(SIGKILL);
   program.finish();
-  ASSERT_EQ(files_like(folder, ".xdf.part").size(), 1U);
   const auto next = run_program({"run", "--fast", "--sink", sink});
   EXPECT_EQ(next.exit_code, 0) << next.err;
   EXPECT_TRUE(has(next.err, "a killed run left")) << next.err;

@@ -153,12 +153,13 @@ void SessionPlayback::send_commands(std::span<const StimulationCommand> commands
                                     nanoseconds place) {
   const nanoseconds now = HostClock::now().time_since_epoch();
   if (!gate_ || (commands.empty() && last_commands_.empty())) return;  // all is off
-  const auto sent = gate_->pass(
-      commands, {.now = now,
-                 .wall_offset = now - place,
-                 .delay = step_,
-                 .last_tick = now,
-                 .stopped = position_.stimulation.stopped() != StimulationSwitch::By::kNone});
+  const StimulationSwitch::State by_hand = position_.stimulation.state();
+  const auto sent = gate_->pass(commands, {.now = now,
+                                           .wall_offset = now - place,
+                                           .delay = step_,
+                                           .last_tick = now,
+                                           .stopped = by_hand.by != StimulationSwitch::By::kNone,
+                                           .stops = by_hand.stops});
   send({.commands = commands, .sent = sent});
 }
 

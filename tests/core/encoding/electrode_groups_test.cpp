@@ -113,6 +113,20 @@ TEST(ElectrodeGroups, BeginAtOnceAndChangeTheirFrequencyAtOnce) {
   EXPECT_EQ(fast[2].time - fast[1].time, milliseconds{5});
 }
 
+TEST(ElectrodeGroups, BeginAtOnceWithTheNextElectrodeAfterAPause) {
+  auto encoder = *StimulationEncoder::create(group_of(3), grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = press_of(1000.0);
+  auto pulses = pulses_of(encoder, feed, 31).size();
+  feed.press = {};
+  pulses += pulses_of(encoder, feed, 100).size();  // the update at 41 ms ends them
+  feed.press = press_of(1000.0);
+  const auto after = pulses_of(encoder, feed, 11);  // the update at 141 ms begins them
+  ASSERT_FALSE(after.empty());
+  EXPECT_EQ(after[0].time, milliseconds{141} + nanoseconds{1});
+  EXPECT_EQ(after[0].electrode, pulses % 3);
+}
+
 TEST(ElectrodeGroups, AFaultStopsThemAndTheirTurnGoesOn) {
   auto encoder = *StimulationEncoder::create(group_of(3), grid_model());
   TickFeed feed(encoder, kTick);
@@ -164,8 +178,14 @@ TEST(ElectrodeGroups, AnElectrodeBesideThemKeepsItsOwnSettings) {
 TEST(ElectrodeGroups, AnElectrodeInThemKeepsItsOwnLimits) {
   EncodingParameters parameters = group_of(2);
   parameters.electrodes[1].max_slope_uA_per_s = 500.0;
+  parameters.electrodes[1].max_amplitude_uA = 79.0;
+  parameters.electrodes[1].max_charge_nC = 15.8;
+  parameters.electrodes[1].phase = microseconds{150};
   parameters.join_groups();
   EXPECT_EQ(parameters.electrodes[1].max_slope_uA_per_s, 500.0);
+  EXPECT_EQ(parameters.electrodes[1].max_amplitude_uA, 79.0);
+  EXPECT_EQ(parameters.electrodes[1].max_charge_nC, 15.8);
+  EXPECT_EQ(parameters.electrodes[1].phase, microseconds{150});
 }
 
 TEST(ElectrodeGroups, PulseAlsoLessThanOnceASecond) {
@@ -402,6 +422,20 @@ TEST(ChargeWindow, ForgetsWhatCameBeforeAReset) {
   EXPECT_EQ(taken(1500), 4);
 }
 
+TEST(ChargeWindow, ForgetsItsOnlyPulseAfterASecond) {
+  ChargeWindow window(16.0, milliseconds{1});
+  EXPECT_TRUE(window.takes(milliseconds{0}, 80.0, microseconds{200}));
+  EXPECT_FALSE(window.takes(milliseconds{999}, 80.0, microseconds{200}));
+  EXPECT_TRUE(window.takes(milliseconds{1000}, 80.0, microseconds{200}));
+}
+
+TEST(ChargeWindow, RoundsEachPulseUp) {
+  ChargeWindow window(2e-6, milliseconds{1});  // 2 fC
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(window.takes(milliseconds{k}, 0.001, nanoseconds{500}), k < 2);  // half a fC
+  }
+}
+
 TEST(ChargeWindow, HasRoomForTheShortestDistance) {
   ChargeWindow window(StimulationLimiter::kNone, milliseconds{1});
   for (int k = 0; k < 1002; ++k) {
@@ -447,10 +481,16 @@ TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   update[2].amplitude_uA = 70.0;
   limiter.limit_update(update);
   EXPECT_NEAR(update[2].amplitude_uA, 70.0 * 100.0 / 110.0, 1e-9);
+  // Without pulses since that update, nothing is kept for them.
+  for (StimulationCommand& each : update) each.time = milliseconds{30};
+  update[2].amplitude_uA = 70.0;
+  limiter.limit_update(update);
+  EXPECT_EQ(update[2].amplitude_uA, 70.0);
 }
 
 TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {
   Electrode electrode = electrode_at("E1", EncoderKind::kBiomimetic, 15.0, 10.0, 3.0);
+  electrode.full_force_N = 2.0;
   auto encoder = *StimulationEncoder::create(encoding_of({electrode}), grid_model());
   TickFeed feed(encoder, kTick);
   std::map<std::int64_t, StimulationCommand> at_ms;
@@ -462,7 +502,7 @@ TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {
     for (const auto& command : feed.step()) at_ms[command.time / milliseconds{1}] = command;
   }
   const auto expected_uA = [](double force_N, double rate_N_per_s) {
-    return 20.0 + 60.0 * (0.3 * force_N + rate_N_per_s / 10.0);
+    return 20.0 + 60.0 * (0.3 * force_N / 2.0 + rate_N_per_s / 10.0);
   };
   EXPECT_NEAR(at_ms.at(151).amplitude_uA, expected_uA(0.255, 5.0), 1e-9);
   EXPECT_NEAR(at_ms.at(251).amplitude_uA, expected_uA(0.5, 0.0), 1e-9);

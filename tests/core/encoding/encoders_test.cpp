@@ -1,5 +1,6 @@
 // The encoders against their definitions, computed independently.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <vector>
@@ -56,6 +57,12 @@ TEST(Okorokova, LooksBack33msAtAnyTick) {
       EXPECT_NEAR(depths[static_cast<std::size_t>(k)], depth_at(150.0 - 33.0 * k), 1e-12);
     }
   }
+}
+
+TEST(Okorokova, LooksBackByTheNearestNumberOfTicks) {
+  TouchHistory history{milliseconds{2}};
+  for (int k = 1; k <= 100; ++k) history.push(2.0 * k);
+  EXPECT_EQ(history.at_intervals(), (std::array{200.0, 200.0 - 34, 200.0 - 66, 200.0 - 100}));
 }
 
 TEST(Encoders, OkorokovaFollowsThePressUnderItsField) {
@@ -184,6 +191,29 @@ TEST(Encoders, RecruitedCountsEachAfferentsLastSpike) {
   }
 }
 
+TEST(Encoders, RecruitedCountsAnAfferentOnceWhereItsWeightsAreRescaled) {
+  // Every 231 ticks of 1 ms with a window of 1 ms; 231 is the tick of an update.
+  Electrode electrode = electrode_at("E1", EncoderKind::kRecruited, 12.5, 8.5, 0.4);
+  electrode.window = milliseconds{1};
+  Electrode slow = electrode_at("E2", EncoderKind::kRecruited, 20.5, 8.5, 0.4);
+  StimulationEncoder encoder =
+      *StimulationEncoder::create(encoding_of({electrode, slow}), grid_model());
+  ASSERT_EQ(encoder.afferents(0), 1U);
+  ASSERT_EQ(encoder.afferents(1), 1U);
+  TickFeed feed(encoder, kTick);
+  int updates = 0;
+  for (int k = 1; k <= 300; ++k) {
+    feed.spike(microseconds{500}, 8 * 30 + 13);
+    feed.spike(microseconds{500}, 8 * 30 + 21);
+    const auto commands = feed.step();
+    if (commands.empty()) continue;
+    EXPECT_NEAR(commands[0].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5), 1e-9) << k;
+    EXPECT_NEAR(commands[1].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5 / 30.0), 1e-9) << k;
+    ++updates;
+  }
+  EXPECT_EQ(updates, 30);
+}
+
 TEST(Encoders, PulsesAreTheSpikesSubjectToTheFrequency) {
   const auto spikes = random_spikes(9, 500, 12.0);
   Electrode electrode = electrode_at("E1", EncoderKind::kPulsePerSpike, 12.0, 8.0, 2.6);
@@ -243,12 +273,15 @@ TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   EXPECT_EQ(amplitude_uA(500.0, 19.1), 0.0);
   EXPECT_EQ(amplitude_uA(5000.0, 15.0), 80.0);
   EXPECT_EQ(encoder.clippings().all(), 0U);  // the encoder itself ends at its range
+  EXPECT_EQ(amplitude_uA(HUGE_VAL, 15.0), 0.0);
+  EXPECT_EQ(encoder.clippings().invalid, 1U);
 }
 
 TEST(Encoders, AnOwnDriveWithoutAFrequencyIsOff) {
   StimulationEncoder encoder = encoder_of(electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0));
   TickFeed feed(encoder, kTick);
   encoder.set_drive({.amplitude = 0.5, .frequency = 0.0});
+  encoder.set_drive({.amplitude = 0.5, .frequency = 0.5, .electrode = 65535});  // there is none
   const StimulationCommand off = feed.step()[0];
   EXPECT_EQ(off.amplitude_uA, 0.0);
   EXPECT_EQ(off.frequency_Hz, 0.0);

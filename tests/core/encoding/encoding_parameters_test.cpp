@@ -39,6 +39,16 @@ TEST(EncodingParameters, LimitsHaveNoDefault) {
   EXPECT_EQ(fault([](auto& p) { p.stimulation.max_charge_nC = 0.0; }),
             "stimulation.max_charge_nC must be set to a positive number: a scene with electrodes "
             "needs this limit, and merkel has no default for it");
+  EXPECT_EQ(fault([](auto& p) {
+              p.stimulation.max_charge_nC = 0.9;
+              p.electrodes[0].amplitude_uA = {1.0, 4.0};
+            }),
+            "");
+  EXPECT_EQ(fault([](auto& p) {
+              p.stimulation.max_total_uA = 0.9;
+              p.electrodes[0].amplitude_uA = {0.1, 0.5};
+            }),
+            "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_total_uA = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].frequency_Hz = {}; }), "");
@@ -96,11 +106,16 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([&](auto& p) { p.electrodes[0].amplitude_uA = {20.0, nan}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {80.0, 20.0}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {-1.0, 20.0}; }), "");
+  EXPECT_EQ(fault([](auto& p) { p.electrodes[0].amplitude_uA = {80.0, 80.0}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].field_mm[2] = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].window = {}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].full_rate_Hz = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].name = "a,b"; }), "");
   EXPECT_TRUE(is_electrode_name("Thumb_2-a.b"));
+  EXPECT_TRUE(is_electrode_name("azAZ09"));
+  EXPECT_TRUE(is_electrode_name(std::string(32, 'a')));
+  EXPECT_FALSE(is_electrode_name(std::string(33, 'a')));
+  for (const char* other : {"`", "{", "@", "[", "/", ":"}) EXPECT_FALSE(is_electrode_name(other));
   EXPECT_FALSE(is_electrode_name(""));
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].group = p.groups.size(); }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
@@ -141,6 +156,14 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
               p.electrodes[0].field_mm = {31.0, 10.0, 30.0};
             }),
             "electrode[E1].field_mm has its centre outside the patch");
+  EXPECT_EQ(fault_with_model([](auto& p) {
+              p.electrodes[0].field_mm = {5.0, 21.0, 18.0};
+            }),
+            "electrode[E1].field_mm has its centre outside the patch");
+  EXPECT_EQ(
+      fault_with_model([](auto& p) { p.stimulation.update = std::chrono::microseconds{1200}; }),
+      "stimulation.update_ms must be a multiple of the tick, 1 ms (loop.tick_us): the nearest is "
+      "1");
   EXPECT_EQ(fault_with_model([](auto& p) { p.electrodes[0].patch = 1; }),
             "electrode[E1].patch is not a patch of the scene");
   EXPECT_EQ(

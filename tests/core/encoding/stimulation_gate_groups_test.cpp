@@ -112,7 +112,8 @@ TEST(StimulationGateGroups, TheChargeOfASecondIsNotForgottenWhenARecordingIsPlay
 
 TEST(StimulationGateGroups, ASecondHasRoomForTheShortestPulsesOfTheGroup) {
   EncodingParameters parameters = grouped();
-  parameters.electrodes[1].phase = microseconds{3000};  // 166 of its pulses fill a second
+  // 166 of these pulses fill a second; the last electrode is in no group.
+  parameters.electrodes[1].phase = parameters.electrodes[2].phase = microseconds{3000};
   GroupedGate gate(parameters);
   std::size_t left = 0;
   for (int k = 0; k < 250; ++k) {

@@ -63,10 +63,15 @@ class OneElectrode {
                                                .delay = milliseconds{3},
                                                .last_tick = last_tick.value_or(now),
                                                .newest = {&newest_sample, 1},
-                                               .stopped = stopped});
+                                               .stopped = stopped_,
+                                               .stops = stops_});
     return commands_of(leaving);
   }
-  bool stopped = false;  ///< by hand
+  void stop() {
+    stopped_ = true;
+    ++stops_;
+  }
+  void start() { stopped_ = false; }
   void jump() { gate_.jump(); }
   [[nodiscard]] const StimulationGate& gate() const { return gate_; }
 
@@ -77,6 +82,8 @@ class OneElectrode {
     return all;
   }
   StimulationGate gate_;
+  bool stopped_ = false;  ///< by hand
+  std::uint16_t stops_ = 0;
 };
 
 TEST(StimulationGate, PassesCommandsThatAreOnTime) {
@@ -202,7 +209,7 @@ TEST(StimulationGate, AStopByHandSwitchesOffAtOnceAndHoldsUntilItIsLifted) {
   OneElectrode output(1000.0);
   nanoseconds now{milliseconds{1000}};
   for (int k = 0; k < 10; ++k) output.pass(now += milliseconds{10}, 50.0);
-  output.stopped = true;
+  output.stop();
   // Without a command of the encoder, and although the loop goes on.
   const auto off = output.passed(now += milliseconds{1}, {});
   ASSERT_EQ(off.size(), 1U);
@@ -217,20 +224,35 @@ TEST(StimulationGate, AStopByHandSwitchesOffAtOnceAndHoldsUntilItIsLifted) {
     EXPECT_EQ(held[0].amplitude_uA, 0.0);
   }
   EXPECT_EQ(output.gate().counts().stale, 0U);
-  output.stopped = false;
+  output.start();
   EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].amplitude_uA, 10.0);
   EXPECT_EQ(output.pass(now += milliseconds{10}, 50.0)[0].stop, Stop::kNone);
 }
 
+TEST(StimulationGate, AStopByHandThatIsOverWhenTheGateAsksSwitchesOffToo) {
+  OneElectrode output(1000.0);
+  nanoseconds now{milliseconds{1000}};
+  for (int k = 0; k < 10; ++k) output.pass(now += milliseconds{10}, 50.0);
+  output.stop();
+  output.start();
+  const auto off = output.passed(now += milliseconds{1}, {});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStopped);
+  EXPECT_EQ(off[0].amplitude_uA, 0.0);
+  const auto risen = output.pass(now += milliseconds{10}, 50.0);
+  EXPECT_EQ(risen[0].amplitude_uA, 10.0);
+  EXPECT_EQ(risen[0].stop, Stop::kNone);
+}
+
 TEST(StimulationGate, AStopByHandHoldsFromTheFirstUpdateAndTheEndStaysTheEnd) {
   OneElectrode output;
-  output.stopped = true;
+  output.stop();
   EXPECT_EQ(output.pass(milliseconds{100}, 50.0)[0].stop, Stop::kStopped);
   const auto last = output.passed(milliseconds{110}, update_at(milliseconds{108}, 0.0, Stop::kEnd));
   EXPECT_EQ(last[0].stop, Stop::kEnd);
-  output.stopped = false;
+  output.start();
   EXPECT_TRUE(output.passed(milliseconds{111}, {}).empty());
-  output.stopped = true;
+  output.stop();
   EXPECT_TRUE(output.passed(milliseconds{112}, {}).empty());
 }
 
@@ -398,6 +420,18 @@ TEST(StimulationGate, ARecordingThatIsPlayedAgainAfterItsEndIsWatched) {
   EXPECT_EQ(off[0].stop, Stop::kStale);
 }
 
+TEST(StimulationGate, APartOfAnUpdateFromBeforeAJumpIsForgotten) {
+  TwoElectrodes output(two_electrodes(0.0));
+  const auto update = output.update(milliseconds{98}, 10.0, 50.0, 20.0, 60.0);
+  EXPECT_TRUE(output.pass(milliseconds{100}, {update[0]}).empty());
+  output.jump();
+  const auto leaving = output.pass(milliseconds{101}, update);
+  ASSERT_EQ(leaving.size(), 2U);
+  EXPECT_EQ(leaving[0].electrode, 0);
+  EXPECT_EQ(leaving[1].electrode, 1);
+  EXPECT_EQ(leaving[1].amplitude_uA, 20.0);
+}
+
 TEST(StimulationGate, NoUpdateFollowsALaterPulse) {
   TwoElectrodes output(two_electrodes(0.0));
   output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
@@ -420,6 +454,16 @@ TEST(StimulationGate, SwitchesOffAfterAPauseOfItsThreadThatIsLongerThanTheWatchd
   output.pass(milliseconds{100}, 50.0);
   // Updates are late only 10 ms later.
   const auto off = output.passed(milliseconds{165}, {});
+  ASSERT_EQ(off.size(), 1U);
+  EXPECT_EQ(off[0].stop, Stop::kStale);
+}
+
+TEST(StimulationGate, WaitsForAnUpdateAsLongAsTheWatchdogAndAnUpdateLast) {
+  OneElectrode output;
+  output.pass(milliseconds{100}, 50.0);
+  EXPECT_TRUE(output.passed(milliseconds{150}, {}).empty());
+  EXPECT_TRUE(output.passed(milliseconds{170}, {}).empty());
+  const auto off = output.passed(milliseconds{171}, {});
   ASSERT_EQ(off.size(), 1U);
   EXPECT_EQ(off[0].stop, Stop::kStale);
 }

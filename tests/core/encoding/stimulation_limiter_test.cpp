@@ -85,6 +85,50 @@ TEST(StimulationLimiter, PulsesBelowAMicroampereAreKept) {
   std::vector pulses = {pulse(milliseconds{1}, 0.5)};
   ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 1U);
   EXPECT_EQ(pulses[0].amplitude_uA, 0.5);
+  std::vector off = {pulse(milliseconds{9}, 0.0), pulse(milliseconds{10}, kNan)};
+  EXPECT_EQ(limiter.limit_pulses(off, milliseconds{8}), 0U);
+}
+
+TEST(StimulationLimiter, APulseRisesFromTheLastOneAcrossUpdates) {
+  StimulationLimiter limiter(kWide,
+                             {{.max_uA = 80.0, .max_Hz = 200.0, .max_slope_uA_per_s = 1000.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{10}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{9}), 1U);
+  EXPECT_DOUBLE_EQ(pulses[0].amplitude_uA, 10.0);
+  limited(limiter, milliseconds{11}, {0.0});
+  pulses = {pulse(milliseconds{20}, 80.0)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, milliseconds{19}), 1U);
+  EXPECT_DOUBLE_EQ(pulses[0].amplitude_uA, 20.0);
+}
+
+TEST(StimulationLimiter, TwoWeakPulsesOfATickAreOfOneElectrode) {
+  StimulationLimiter limiter({.max_total_uA = 1e6, .max_electrodes = 1},
+                             {{80.0, 1e4}, {80.0, 1e4}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(microseconds{200}, 0.5), pulse(microseconds{400}, 0.5, 1),
+                        pulse(microseconds{600}, 0.5)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+  EXPECT_EQ(pulses[1].electrode, 0);
+  EXPECT_EQ(limiter.clippings().electrodes, 1U);
+}
+
+TEST(StimulationLimiter, TrainsBelowAMicroampereShareTheTotalWithPulses) {
+  const auto scaled = [](double train_uA, StimulationLimiter::Clippings& clippings) {
+    StimulationLimiter limiter({.max_total_uA = 100.0},
+                               {{80.0, 200.0}, {80.0, 200.0}, {80.0, 200.0}});
+    limiter.reset(nanoseconds{0});
+    std::vector pulses = {pulse(milliseconds{1}, 80.0), pulse(milliseconds{1}, 80.0, 1)};
+    EXPECT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+    const double left_uA = limited(limiter, milliseconds{10}, {0.0, 0.0, train_uA})[2];
+    clippings = limiter.clippings();
+    return left_uA;
+  };
+  StimulationLimiter::Clippings clippings;
+  EXPECT_NEAR(scaled(0.5, clippings), 0.5 * 100.0 / 160.5, 1e-9);
+  EXPECT_EQ(clippings.total, 2U);  // the pulses, and the trains
+  EXPECT_EQ(scaled(0.0, clippings), 0.0);
+  EXPECT_EQ(clippings.total, 1U);
 }
 
 TEST(StimulationLimiter, ClipsAmplitudeChargeAndFrequency) {

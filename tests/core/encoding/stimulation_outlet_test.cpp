@@ -104,6 +104,22 @@ TEST(StimulationOutlet, AReceiverThatHasSwitchedOffByItselfGetsAnOffFromWhichAmp
   }
 }
 
+TEST(StimulationOutlet, AnUpdateIsValidUntilItsInstantInclusive) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.pass(sent_at(milliseconds{-40}, 50.0, 1), milliseconds{-40});  // valid until 20 ms
+  EXPECT_TRUE(outlet.pass(sent_at(milliseconds{10}, 50.0, 2), milliseconds{16}).empty());
+  const auto last = outlet.pass(sent_at(milliseconds{19}, 50.0, 3), milliseconds{20});
+  ASSERT_EQ(last.size(), 2U);
+  EXPECT_EQ(last[0].command.amplitude_uA, 50.0);
+}
+
+TEST(StimulationOutlet, WhatIsRefusedIsSaidBelowAMicroampereToo) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.lose();
+  outlet.pass(sent_at(milliseconds{10}, 0.5, 1), milliseconds{10});
+  EXPECT_EQ(outlet.refused().size(), 2U);
+}
+
 TEST(StimulationOutlet, FiveMillisecondsAreOnTime) {
   StimulationOutlet outlet(outlet_parameters());
   const nanoseconds sent = milliseconds{10};

@@ -139,12 +139,19 @@ TEST(StimulatorProfile, DoublesItsStepsUntilTheWaveformsSuffice) {
   steps.round_down(update);
   EXPECT_EQ(update[0].amplitude_uA, 4.0);
   EXPECT_EQ(update[1].amplitude_uA, 4.0);
+  update = {train(1.0, 100.0, 0), train(1.0, 101.0, 1)};
+  steps.round_down(update);
+  EXPECT_EQ(update[0].amplitude_uA, 0.0);
+  EXPECT_EQ(update[1].amplitude_uA, 0.0);
 }
 
 TEST(StimulatorProfile, ALowFrequencyIsKeptWhereTheStimulatorHasIt) {
   EncodingParameters box = stimulated(1);
   box.stimulator.min_frequency_Hz = box.stimulator.frequency_step_Hz = 0.0;
   EXPECT_EQ(rounded(box, 20.0, 0.5), std::pair(20.0, 0.5));
+  EXPECT_EQ(rounded(box, 20.0, 0.0), std::pair(0.0, 0.0));
+  box.stimulator.min_amplitude_uA = box.stimulator.amplitude_step_uA = 0.0;
+  EXPECT_EQ(rounded(box, 0.0, 50.0), std::pair(0.0, 0.0));
 }
 
 TEST(StimulatorProfile, CountsWhatRoundingTakesAway) {
@@ -170,6 +177,18 @@ TEST(StimulatorProfile, RefusesScenesThatTheStimulatorCannotGive) {
             "stimulation.interphase_us must be one that the stimulator box has: 53 to 65535 µs in "
             "steps of 1");
   EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_interphase = microseconds{53}; }), "");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_frequency_Hz = 200.0; }), "");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.asymmetric = false; }), "");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.anodic_first = false; }), "");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.waveforms = 15; }), "");
+  EXPECT_TRUE(refusal([](auto& p) {
+                p.stimulator.max_amplitude_uA = -1.0;
+              }).starts_with("stimulator.max_amplitude_uA"));
+  EXPECT_EQ(refusal([](auto& p) {
+              p.stimulation.interphase = microseconds{52};
+              p.stimulator.time_step = {};
+            }),
+            "stimulation.interphase_us must be one that the stimulator box has: 53 to 65535 µs");
   EXPECT_EQ(refusal([](auto& p) {
               p.stimulation.second_phase = microseconds{400};
               p.stimulator.max_phase = microseconds{300};
