@@ -19,7 +19,6 @@ constexpr double kBelow = 1.0 - 0x1.0p-40;
 constexpr double kMinShare = 1e-6;
 
 double largest_within_charge(double max_charge_nC, nanoseconds phase) {
-  if (max_charge_nC == StimulationLimiter::kNone) return max_charge_nC;
   double amplitude_uA = max_charge_nC * 1e3 / units::us_from(phase);
   while (charge_nC(amplitude_uA, phase) > max_charge_nC) {
     amplitude_uA = std::nextafter(amplitude_uA, 0.0);

@@ -151,7 +151,7 @@ TEST(ElectrodeGroups, AFaultOfAnotherPatchDoesNotStopThem) {
   EncodingParameters parameters = group_of(2);
   for (Electrode& each : parameters.electrodes) each.patch = 1;
   auto encoder = *StimulationEncoder::create(parameters, model);
-  const std::vector presses = {press_of(1000.0), press_of(1000.0)};
+  const std::vector presses = {Press{}, press_of(1000.0)};
   std::map<bool, int> pulses;
   for (int k = 1; k <= 40; ++k) {
     const bool own = k > 20;  // whether the fault is of the group's own patch
@@ -188,6 +188,31 @@ TEST(ElectrodeGroups, AnElectrodeInThemKeepsItsOwnLimits) {
   EXPECT_EQ(parameters.electrodes[1].phase, microseconds{150});
 }
 
+TEST(ElectrodeGroups, BeginWithTheirFirstElectrodeAfterAReset) {
+  auto encoder = *StimulationEncoder::create(group_of(3), grid_model());
+  for (int run = 0; run < 2; ++run) {
+    TickFeed feed(encoder, kTick);
+    feed.press = press_of(1000.0);
+    const auto pulses = pulses_of(encoder, feed, 3);
+    ASSERT_EQ(pulses.size(), 1U);
+    EXPECT_EQ(pulses[0].electrode, 0);
+    encoder.reset();
+  }
+}
+
+TEST(ElectrodeGroups, AlsoPulseAtTheEndOfATick) {
+  EncodingParameters parameters = group_of(2);
+  parameters.groups[0].pattern.frequency_Hz = {100.000021, 100.000021};
+  parameters.join_groups();
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  feed.press = press_of(1000.0);
+  const auto pulses = pulses_of(encoder, feed, 10);
+  ASSERT_EQ(pulses.size(), 2U);
+  EXPECT_EQ(pulses[0].time, milliseconds{1} + nanoseconds{1});
+  EXPECT_EQ(pulses[1].time, milliseconds{6});
+}
+
 TEST(ElectrodeGroups, PulseAlsoLessThanOnceASecond) {
   EncodingParameters parameters = group_of(2);
   parameters.groups[0].pattern.frequency_Hz = {0.4, 0.4};
@@ -199,11 +224,16 @@ TEST(ElectrodeGroups, PulseAlsoLessThanOnceASecond) {
 }
 
 TEST(ElectrodeGroups, InvalidDrivesSwitchThemOffAndAreCounted) {
-  auto encoder = *StimulationEncoder::create(group_of(2), grid_model());
-  TickFeed feed(encoder, kTick);
-  feed.press = press_of(std::nan(""));
-  EXPECT_TRUE(pulses_of(encoder, feed, 50).empty());
-  EXPECT_EQ(encoder.clippings().invalid, 2U * 5U);
+  for (const EncoderKind kind : {EncoderKind::kLinear, EncoderKind::kLinearAmplitude}) {
+    EncodingParameters parameters = group_of(2);
+    parameters.groups[0].pattern.encoder = kind;
+    parameters.join_groups();
+    auto encoder = *StimulationEncoder::create(parameters, grid_model());
+    TickFeed feed(encoder, kTick);
+    feed.press = press_of(std::nan(""));
+    EXPECT_TRUE(pulses_of(encoder, feed, 50).empty());
+    EXPECT_EQ(encoder.clippings().invalid, 2U * 5U);
+  }
 }
 
 TEST(ElectrodeGroups, HaveOneFieldOfTheirElectrodesWithWeightsAndABorder) {
@@ -220,6 +250,8 @@ TEST(ElectrodeGroups, HaveOneFieldOfTheirElectrodesWithWeightsAndABorder) {
   EXPECT_DOUBLE_EQ(map.weight(14.0, 13.5), 0.75);
   EXPECT_DOUBLE_EQ(map.weight(14.0, 14.5), 0.25);
   EXPECT_EQ(map.weight(14.0, 15.0), 0.0);
+  EXPECT_EQ(FieldMap(electrode_at("E", EncoderKind::kRate, 14.0, 10.0, 3.0)).weight(14.0, 13.0),
+            1.0);
   EXPECT_EQ(map.weight(24.0, 11.0), 0.5);
   EXPECT_DOUBLE_EQ(map.weight(27.0, 10.0), 0.25);
   EXPECT_DOUBLE_EQ(map.weight(18.0, 10.0, 0.5), 0.75);  // a contact reaches 0.5 mm further
@@ -316,6 +348,34 @@ TEST(ElectrodeGroups, AreRefusedWithAdviceWhereTheyCannotBe) {
             "electrode_group[side].frequency_Hz is too high to stagger the pulses of 2 electrodes: "
             "with 1 ms between two pulses (a tick and a pulse, whichever is longer), it is at most "
             "500");
+  EXPECT_EQ(refusal_of([](auto& p) {
+              p.stimulation.interphase = microseconds{2200};
+              p.groups.push_back(p.groups[0]);
+              p.groups[1].pattern.name = "side";
+              p.groups[1].pattern.frequency_Hz[1] = 193.0;
+              p.electrodes[2].group = p.electrodes[3].group = 1;
+            }),
+            "electrode_group[side].frequency_Hz is too high to stagger the pulses of 2 electrodes: "
+            "with 2.6 ms between two pulses (a tick and a pulse, whichever is longer), it is at "
+            "most 192");
+  EXPECT_EQ(refusal_of([](auto& p) {
+              p.groups.push_back(p.groups[0]);
+              p.groups[1].pattern.name = "side";
+              p.electrodes[2].group = p.electrodes[3].group = 1;
+              p.electrodes[3].patch = 1;
+            }),
+            "electrode[E4].patch must be that of E3, which is in the same group");
+  EXPECT_EQ(refusal_of([](auto& p) {
+              p.groups.resize(3, p.groups[0]);
+              p.groups[1].pattern.name = p.groups[2].pattern.name = "side";
+              p.electrodes[1].group = p.electrodes[3].group = 1;
+              for (std::size_t e : {0, 1}) {
+                p.electrodes.push_back(p.electrodes[e]);
+                p.electrodes.back().name = "S" + std::to_string(e);
+                p.electrodes.back().group = 2;
+              }
+            }),
+            "electrode_group.name \"side\" is used by two groups: give each its own name");
   EXPECT_EQ(refusal_of([](auto& p) {
               p.groups[0].pattern.frequency_Hz[1] = 250.0;
               auto alone = electrode_at("alone", EncoderKind::kLinear, 5.0, 5.0, 1.5);
@@ -429,6 +489,19 @@ TEST(ChargeWindow, ForgetsItsOnlyPulseAfterASecond) {
   EXPECT_TRUE(window.takes(milliseconds{1000}, 80.0, microseconds{200}));
 }
 
+TEST(ChargeWindow, ForgetsEachPulseWithItsOwnCharge) {
+  ChargeWindow window(24.0, milliseconds{1});
+  const auto takes = [&](int ms, double amplitude_uA) {
+    return window.takes(milliseconds{ms}, amplitude_uA, microseconds{200});
+  };
+  EXPECT_TRUE(takes(0, 80.0));  // 16 nC
+  EXPECT_TRUE(takes(500, 40.0));
+  EXPECT_FALSE(takes(600, 40.0));
+  EXPECT_TRUE(takes(1000, 80.0));
+  EXPECT_FALSE(takes(1500, 80.0));
+  EXPECT_TRUE(takes(1500, 40.0));
+}
+
 TEST(ChargeWindow, RoundsEachPulseUp) {
   ChargeWindow window(2e-6, milliseconds{1});  // 2 fC
   for (int k = 0; k < 3; ++k) {
@@ -462,7 +535,7 @@ TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   StimulationLimiter limiter({.max_total_uA = 100.0, .groups = {{.gap = milliseconds{1}}}},
                              {{.max_uA = 80.0, .max_Hz = 500.0, .group = 0},
                               {.max_uA = 80.0, .max_Hz = 500.0, .group = 0},
-                              {.max_uA = 80.0, .max_Hz = 500.0}});
+                              {.max_uA = 100.0, .max_Hz = 500.0}});
   limiter.reset(nanoseconds{0});
   for (int k = 0; k < 2; ++k) {
     std::vector pulses = {pulse_at(milliseconds{1 + 2 * k}, 40.0, static_cast<std::uint16_t>(k))};
@@ -483,9 +556,9 @@ TEST(ElectrodeGroups, TrainsLeaveRoomForOnePulseOfAGroup) {
   EXPECT_NEAR(update[2].amplitude_uA, 70.0 * 100.0 / 110.0, 1e-9);
   // Without pulses since that update, nothing is kept for them.
   for (StimulationCommand& each : update) each.time = milliseconds{30};
-  update[2].amplitude_uA = 70.0;
+  update[2].amplitude_uA = 100.0;
   limiter.limit_update(update);
-  EXPECT_EQ(update[2].amplitude_uA, 70.0);
+  EXPECT_EQ(update[2].amplitude_uA, 100.0);
 }
 
 TEST(Encoders, BiomimeticEmphasisesOnsetAndOffset) {

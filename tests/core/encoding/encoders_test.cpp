@@ -102,6 +102,27 @@ TEST(Encoders, OkorokovaTakesTheDepthByTheWeightOfItsField) {
   EXPECT_NEAR(commands.back().amplitude_uA, 20.0 + 60.0 * step.recruited / 700.0, 1e-9);
 }
 
+TEST(Encoders, OkorokovaTakesTheDeepestPressOnItsField) {
+  EncodedModel model = grid_model();
+  model.patch_of_probe = {0, 0};
+  StimulationEncoder encoder =
+      encoder_of(electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0), model);
+  const auto press_of = [](double depth_mm) {
+    return Press{.contact = {.depth_mm = depth_mm}, .x_mm = 15.0, .y_mm = 10.0};
+  };
+  const std::vector presses = {press_of(0.8), press_of(0.2)};
+  StimulationCommand last;
+  for (int k = 1; k <= 51; ++k) {
+    const std::vector<TickRecord> records = {{.time = k * kTick, .probe = 0},
+                                             {.time = k * kTick, .probe = 1}};
+    const std::vector before = {press_of(0.0), press_of(0.0)};
+    const auto commands = encoder.step({.records = records, .presses = k > 20 ? presses : before});
+    if (!commands.empty()) last = commands[0];
+  }
+  const PopulationResponse step = okorokova_response({0.8, 0.0, 0.0, 0.0});
+  EXPECT_NEAR(last.amplitude_uA, 20.0 + 60.0 * step.recruited / 700.0, 1e-9);
+}
+
 /// Random spikes of all afferents of the grid, tick by tick.
 std::vector<SpikeEvent> random_spikes(std::uint64_t seed, int ticks, double rate_Hz) {
   Random random(seed);
@@ -253,6 +274,17 @@ TEST(Encoders, EverySpikeIsAPulseBelowTheFrequency) {
   EXPECT_EQ(pulses, spikes.size());
 }
 
+TEST(Encoders, PulsesHaveRoomBesideAnyOtherElectrode) {
+  StimulationEncoder encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 12.5, 8.5, 0.4),
+                   electrode_at("E2", EncoderKind::kPulsePerSpike, 12.5, 8.5, 0.4)}),
+      grid_model());
+  const auto commands = encode(encoder, {{.time = milliseconds{3}, .neuron = 8 * 30 + 13}}, 10);
+  EXPECT_EQ(std::count_if(commands.begin(), commands.end(),
+                          [](const auto& each) { return each.kind == Kind::kPulse; }),
+            1);
+}
+
 TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   Electrode electrode = electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 3.0);
   electrode.full_force_N = 2.0;
@@ -273,6 +305,8 @@ TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   EXPECT_EQ(amplitude_uA(500.0, 19.1), 0.0);
   EXPECT_EQ(amplitude_uA(5000.0, 15.0), 80.0);
   EXPECT_EQ(encoder.clippings().all(), 0U);  // the encoder itself ends at its range
+  EXPECT_EQ(amplitude_uA(HUGE_VAL, 19.1), 0.0);
+  EXPECT_EQ(encoder.clippings().all(), 0U);  // outside the field
   EXPECT_EQ(amplitude_uA(HUGE_VAL, 15.0), 0.0);
   EXPECT_EQ(encoder.clippings().invalid, 1U);
 }

@@ -49,7 +49,21 @@ TEST(EncodingParameters, LimitsHaveNoDefault) {
               p.electrodes[0].amplitude_uA = {0.1, 0.5};
             }),
             "");
-  EXPECT_NE(fault([](auto& p) { p.stimulation.max_total_uA = 0.0; }), "");
+  EXPECT_EQ(fault([](auto& p) {
+              p.stimulation.max_charge_nC = 0.0;
+              p.electrodes.push_back(p.electrodes[0]);
+              p.electrodes[1].name = "E2";
+              p.electrodes[1].max_charge_nC = 16.0;
+            }).find("stimulation.max_charge_nC must be set"),
+            0U);
+  EXPECT_EQ(fault([](auto& p) {
+              p.stimulation.max_total_uA = 0.0;
+            }).find("stimulation.max_total_uA must be set"),
+            0U);
+  EXPECT_EQ(fault([](auto& p) {
+              p.stimulation.watchdog = {};
+            }).find("stimulation.watchdog_ms must be set"),
+            0U);
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].frequency_Hz = {}; }), "");
 }
@@ -121,6 +135,13 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
+  for (const std::size_t electrodes : {256, 257}) {
+    const std::string said = fault([=](auto& p) {
+      p.electrodes.resize(electrodes, p.electrodes[0]);
+      for (std::size_t e = 0; e < electrodes; ++e) p.electrodes[e].name = std::to_string(e);
+    });
+    EXPECT_EQ(said, electrodes == 256 ? "" : "electrode must not appear more than 256 times");
+  }
   EXPECT_EQ(fault([](auto& p) { p.electrodes.push_back(p.electrodes[0]); }),
             "electrode.name \"E1\" is used by two electrodes: give each its own name");
   EXPECT_NE(fault([](auto& p) {
@@ -156,6 +177,13 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
               p.electrodes[0].field_mm = {31.0, 10.0, 30.0};
             }),
             "electrode[E1].field_mm has its centre outside the patch");
+  EXPECT_EQ(fault_with_model([](auto& p) {
+              p.electrodes.push_back(p.electrodes[0]);
+              p.electrodes[1].name = "E2";
+              p.electrodes[1].field_mm = {15.0, 10.0, 3.0};
+            }),
+            "electrode[E2].field_mm contains no afferent: move it or enlarge its radius (merkel "
+            "inspect afferents prints their positions)");
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {5.0, 21.0, 18.0};
             }),

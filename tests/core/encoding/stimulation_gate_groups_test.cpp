@@ -111,17 +111,23 @@ TEST(StimulationGateGroups, TheChargeOfASecondIsNotForgottenWhenARecordingIsPlay
 }
 
 TEST(StimulationGateGroups, ASecondHasRoomForTheShortestPulsesOfTheGroup) {
-  EncodingParameters parameters = grouped();
-  // 166 of these pulses fill a second; the last electrode is in no group.
-  parameters.electrodes[1].phase = parameters.electrodes[2].phase = microseconds{3000};
-  GroupedGate gate(parameters);
-  std::size_t left = 0;
-  for (int k = 0; k < 250; ++k) {
-    const nanoseconds now = milliseconds{100 + 4 * k};
-    gate.update(now, 0.0);
-    left += gate.pass(now, {gate.pulse(now, 5.0, 0)}).size();
+  for (const auto shortest : {std::uint16_t{0}, std::uint16_t{1}}) {
+    EncodingParameters parameters = grouped();
+    parameters.groups.insert(parameters.groups.begin(),
+                             parameters.groups.front());  // of no electrode
+    parameters.electrodes[0].group = parameters.electrodes[1].group = 1;
+    // 166 of these pulses fill a second; the last electrode is in no group.
+    for (Electrode& each : parameters.electrodes) each.phase = microseconds{3000};
+    parameters.electrodes[shortest].phase.reset();
+    GroupedGate gate(parameters);
+    std::size_t left = 0;
+    for (int k = 0; k < 250; ++k) {
+      const nanoseconds now = milliseconds{100 + 4 * k};
+      gate.update(now, 0.0);
+      left += gate.pass(now, {gate.pulse(now, 5.0, shortest)}).size();
+    }
+    EXPECT_EQ(left, 250U);
   }
-  EXPECT_EQ(left, 250U);
 }
 
 TEST(StimulationGateGroups, WhatLeavesIsOnTheStepsOfTheStimulator) {

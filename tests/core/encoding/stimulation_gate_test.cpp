@@ -466,6 +466,21 @@ TEST(StimulationGate, WaitsForAnUpdateAsLongAsTheWatchdogAndAnUpdateLast) {
   const auto off = output.passed(milliseconds{171}, {});
   ASSERT_EQ(off.size(), 1U);
   EXPECT_EQ(off[0].stop, Stop::kStale);
+  OneElectrode paused;
+  paused.pass(milliseconds{100}, 50.0);
+  EXPECT_TRUE(paused.passed(milliseconds{160}, {}).empty());  // exactly the watchdog
+}
+
+TEST(StimulationGate, PulsesRiseFromTheLastOne) {
+  TwoElectrodes output(two_electrodes(1000.0));
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  for (const int k : {1, 2, 3}) {
+    const milliseconds now{100 + 10 * k};
+    const auto pulse = output.pass(now, {output.pulse(now - milliseconds{2}, 80.0)});
+    ASSERT_EQ(pulse.size(), 1U);
+    EXPECT_DOUBLE_EQ(pulse[0].amplitude_uA, 10.0 * k);
+    EXPECT_EQ(pulse[0].heartbeat, 1U);
+  }
 }
 
 TEST(StimulationGate, AmplitudesBelowAMicroampereLeave) {

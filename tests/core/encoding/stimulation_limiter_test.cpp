@@ -113,6 +113,15 @@ TEST(StimulationLimiter, TwoWeakPulsesOfATickAreOfOneElectrode) {
   EXPECT_EQ(limiter.clippings().electrodes, 1U);
 }
 
+TEST(StimulationLimiter, PulsesMayReachTheTotal) {
+  StimulationLimiter limiter({.max_total_uA = 100.0}, {{80.0, 200.0}, {80.0, 200.0}});
+  limiter.reset(nanoseconds{0});
+  std::vector pulses = {pulse(milliseconds{1}, 60.0), pulse(milliseconds{1}, 40.0, 1)};
+  ASSERT_EQ(limiter.limit_pulses(pulses, nanoseconds{0}), 2U);
+  EXPECT_EQ(pulses[0].amplitude_uA, 60.0);
+  EXPECT_EQ(limiter.clippings().all(), 0U);
+}
+
 TEST(StimulationLimiter, TrainsBelowAMicroampereShareTheTotalWithPulses) {
   const auto scaled = [](double train_uA, StimulationLimiter::Clippings& clippings) {
     StimulationLimiter limiter({.max_total_uA = 100.0},

@@ -113,6 +113,22 @@ TEST(StimulationOutlet, AnUpdateIsValidUntilItsInstantInclusive) {
   EXPECT_EQ(last[0].command.amplitude_uA, 50.0);
 }
 
+TEST(StimulationOutlet, APulseBelowAMicroamperePasses) {
+  StimulationOutlet outlet(outlet_parameters());
+  outlet.pass(sent_at(milliseconds{10}, 0.0, 1), milliseconds{10});
+  EXPECT_EQ(outlet.pass(pulse_at(milliseconds{12}, 0.5), milliseconds{12}).size(), 1U);
+}
+
+TEST(StimulationOutlet, APartWithoutItsBeginIsRefusedOnce) {
+  StimulationOutlet outlet(outlet_parameters());
+  auto update = sent_at(milliseconds{10}, 50.0, 1);
+  EXPECT_TRUE(outlet.pass({update.begin() + 1, update.end()}, milliseconds{10}).empty());
+  EXPECT_EQ(outlet.refused().size(), 1U);
+  update = sent_at(milliseconds{20}, 50.0, 2);
+  EXPECT_EQ(outlet.pass(update, milliseconds{20}).size(), 2U);
+  EXPECT_EQ(outlet.refused().size(), 2U);  // it has to begin with an off
+}
+
 TEST(StimulationOutlet, WhatIsRefusedIsSaidBelowAMicroampereToo) {
   StimulationOutlet outlet(outlet_parameters());
   outlet.lose();
