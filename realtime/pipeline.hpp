@@ -94,8 +94,8 @@ class Pipeline {
   [[nodiscard]] StimulationSwitch& stimulation() noexcept;
 
   /// Gives an electrode whose encoder is `own`, and its group, a drive from the next tick on; it
-  /// must be renewed within the watchdog. False if so many wait that the loop has not begun or is
-  /// over. Its time is ignored. Thread: any.
+  /// must be renewed within the watchdog. What waits longer than that, before the loop begins or
+  /// while it hangs, is dropped. False if too many wait. Its time is ignored. Thread: any.
   [[nodiscard]] bool give_drive(const GivenDrive& drive);
 
   [[nodiscard]] const LoopStatistics& statistics() const noexcept;

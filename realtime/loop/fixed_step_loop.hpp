@@ -208,7 +208,8 @@ class FixedStepLoop {
 
   void take_drives(std::chrono::nanoseconds end) noexcept {
     if (step_.encoder() == nullptr || parameters_.drives == nullptr) return;
-    parameters_.drives->take(end, [this](const GivenDrive& drive) {
+    const auto oldest = clock_.now() - step_.encoder()->parameters().stimulation.watchdog;
+    parameters_.drives->take(end, oldest, [this](const GivenDrive& drive) {
       step_.encoder()->set_drive(drive);
       fanout_.publish(std::span(&drive, 1), clock_);
     });

@@ -19,6 +19,7 @@
 #include "core/encoding/stimulation_encoder.hpp"
 #include "core/math/random.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "realtime/input/drive_input.hpp"
 #include "realtime/pipeline.hpp"
 #include "realtime/threads/host_time.hpp"
 #include "tests/core/encoding/command_auditor.hpp"
@@ -288,6 +289,21 @@ TEST(Stimulation, AGivenDriveIsTakenAtATickRecordedAndHoldsForTheWatchdog) {
   bool full = false;
   for (int i = 0; i < 10'000 && !full; ++i) full = !pipeline.give_drive(given);
   EXPECT_TRUE(full);
+}
+
+TEST(Stimulation, ADriveThatWaitedTooLongForTheLoopIsNotTaken) {
+  DriveInput input;
+  int taken = 0;
+  const auto count = [&](const GivenDrive& drive) { taken += drive.time == kTick ? 1 : 0; };
+  EXPECT_TRUE(input.give({.amplitude = 0.5}));
+  input.take(kTick, host_now() + nanoseconds{1}, count);
+  EXPECT_EQ(taken, 0);
+  const nanoseconds before = host_now();
+  EXPECT_TRUE(input.give({.amplitude = 0.5}));
+  input.take(kTick, before, count);
+  EXPECT_EQ(taken, 1);
+  input.take(kTick, before, count);
+  EXPECT_EQ(taken, 1);
 }
 
 TEST(Stimulation, AFailedSinkSwitchesEverythingOffForGood) {
