@@ -227,6 +227,7 @@ TEST(ElectrodeGroups, InvalidDrivesSwitchThemOffAndAreCounted) {
   for (const EncoderKind kind : {EncoderKind::kLinear, EncoderKind::kLinearAmplitude}) {
     EncodingParameters parameters = group_of(2);
     parameters.groups[0].pattern.encoder = kind;
+    parameters.groups[0].pattern.frequency_Hz[1] = 300.0;
     parameters.join_groups();
     auto encoder = *StimulationEncoder::create(parameters, grid_model());
     TickFeed feed(encoder, kTick);

@@ -216,20 +216,24 @@ TEST(Encoders, RecruitedCountsAnAfferentOnceWhereItsWeightsAreRescaled) {
   // Every 231 ticks of 1 ms with a window of 1 ms; 231 is the tick of an update.
   Electrode electrode = electrode_at("E1", EncoderKind::kRecruited, 12.5, 8.5, 0.4);
   electrode.window = milliseconds{1};
-  Electrode slow = electrode_at("E2", EncoderKind::kRecruited, 20.5, 8.5, 0.4);
+  // Neighbours in memory, which are not rescaled.
+  const Electrode before = electrode_at("E2", EncoderKind::kRecruited, 20.5, 8.5, 0.4);
+  const Electrode after = electrode_at("E3", EncoderKind::kRecruited, 4.5, 8.5, 0.4);
   StimulationEncoder encoder =
-      *StimulationEncoder::create(encoding_of({electrode, slow}), grid_model());
-  ASSERT_EQ(encoder.afferents(0), 1U);
-  ASSERT_EQ(encoder.afferents(1), 1U);
+      *StimulationEncoder::create(encoding_of({before, electrode, after}), grid_model());
+  for (const std::size_t e : {0, 1, 2}) ASSERT_EQ(encoder.afferents(e), 1U);
   TickFeed feed(encoder, kTick);
   int updates = 0;
   for (int k = 1; k <= 300; ++k) {
-    feed.spike(microseconds{500}, 8 * 30 + 13);
-    feed.spike(microseconds{500}, 8 * 30 + 21);
+    for (const std::uint32_t column : {5, 13, 21}) {
+      feed.spike(microseconds{500}, 8 * 30 + column);
+    }
     const auto commands = feed.step();
     if (commands.empty()) continue;
-    EXPECT_NEAR(commands[0].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5), 1e-9) << k;
-    EXPECT_NEAR(commands[1].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5 / 30.0), 1e-9) << k;
+    EXPECT_NEAR(commands[1].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5), 1e-9) << k;
+    for (const std::size_t e : {0, 2}) {
+      EXPECT_NEAR(commands[e].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5 / 30.0), 1e-9) << k;
+    }
     ++updates;
   }
   EXPECT_EQ(updates, 30);

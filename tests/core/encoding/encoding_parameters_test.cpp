@@ -121,6 +121,7 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {80.0, 20.0}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {-1.0, 20.0}; }), "");
   EXPECT_EQ(fault([](auto& p) { p.electrodes[0].amplitude_uA = {80.0, 80.0}; }), "");
+  EXPECT_NE(fault([](auto& p) { p.electrodes[0].amplitude_uA = {0.0, 0.0}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].field_mm[2] = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].window = {}; }), "");
   EXPECT_NE(fault([](auto& p) { p.electrodes[0].full_rate_Hz = 0.0; }), "");

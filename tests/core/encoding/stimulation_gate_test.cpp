@@ -471,6 +471,19 @@ TEST(StimulationGate, WaitsForAnUpdateAsLongAsTheWatchdogAndAnUpdateLast) {
   EXPECT_TRUE(paused.passed(milliseconds{160}, {}).empty());  // exactly the watchdog
 }
 
+TEST(StimulationGate, PulsesAreNeverCloserThanTheirFrequencyAllows) {
+  EncodingParameters parameters = two_electrodes(0.0);
+  parameters.electrodes[1].frequency_Hz = {0.0, 300.0};  // 3.333 ms, known to a tick
+  TwoElectrodes output(parameters);
+  output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));
+  const auto passes = [&](nanoseconds now) {
+    return !output.pass(now, {output.pulse(now - milliseconds{1}, 30.0)}).empty();
+  };
+  EXPECT_TRUE(passes(milliseconds{105}));
+  EXPECT_FALSE(passes(milliseconds{105} + nanoseconds{2'333'333}));
+  EXPECT_TRUE(passes(milliseconds{105} + nanoseconds{2'333'334}));
+}
+
 TEST(StimulationGate, PulsesRiseFromTheLastOne) {
   TwoElectrodes output(two_electrodes(1000.0));
   output.pass(milliseconds{100}, output.update(milliseconds{98}, 0.0, 0.0, 0.0, 0.0));

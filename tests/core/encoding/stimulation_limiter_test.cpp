@@ -113,6 +113,15 @@ TEST(StimulationLimiter, TwoWeakPulsesOfATickAreOfOneElectrode) {
   EXPECT_EQ(limiter.clippings().electrodes, 1U);
 }
 
+TEST(StimulationLimiter, AmplitudesRiseFromTheTimeOfAReset) {
+  StimulationLimiter limiter(kWide,
+                             {{.max_uA = 80.0, .max_Hz = 200.0, .max_slope_uA_per_s = 1000.0}});
+  limiter.reset(milliseconds{1000});
+  EXPECT_NEAR(limited(limiter, milliseconds{1010}, {80.0})[0], 10.0, 1e-9);
+  limiter.reset(milliseconds{2000});
+  EXPECT_NEAR(limited(limiter, milliseconds{2010}, {80.0})[0], 10.0, 1e-9);
+}
+
 TEST(StimulationLimiter, PulsesMayReachTheTotal) {
   StimulationLimiter limiter({.max_total_uA = 100.0}, {{80.0, 200.0}, {80.0, 200.0}});
   limiter.reset(nanoseconds{0});
