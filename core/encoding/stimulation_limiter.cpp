@@ -191,7 +191,7 @@ std::size_t StimulationLimiter::limit_pulses(std::span<StimulationCommand> pulse
     limit_command(pulse);
     limit_rise(pulse, output.rise_from_uA, pulse.time - output.rise_time);
     if (!(pulse.amplitude_uA > 0.0)) continue;
-    const bool counted = output.tick_uA > 0.0 || alive(pulse.electrode, tick_begin);
+    const bool counted = alive(pulse.electrode, tick_begin);
     if (!counted && active >= limits_.max_electrodes) {
       ++clippings_.electrodes;
       continue;

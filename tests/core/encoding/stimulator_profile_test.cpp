@@ -178,6 +178,7 @@ TEST(StimulatorProfile, RefusesScenesThatTheStimulatorCannotGive) {
             "steps of 1");
   EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_interphase = microseconds{53}; }), "");
   EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_frequency_Hz = 200.0; }), "");
+  EXPECT_EQ(refusal([](auto& p) { p.stimulator.max_amplitude_uA = 80.0; }), "");
   EXPECT_EQ(refusal([](auto& p) {
               p.stimulator.name.clear();
               p.stimulator.max_amplitude_uA = 79.0;
