@@ -84,4 +84,18 @@ LineReader::Outcome LineReader::next() {
   }
 }
 
+Expected<void, SetupError> read_rows(const std::string& path,
+                                     const std::function<const char*(std::string_view row)>& take) {
+  auto lines = LineReader::open(path);
+  if (!lines) return Unexpected<SetupError>(lines.error());
+  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
+  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
+    const std::string_view row = lines->line();
+    if (row.empty() || row.starts_with('#')) continue;
+    if (const char* const wrong = take(row)) return bad_input(lines->where() + wrong);
+  }
+  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+  return {};
+}
+
 }  // namespace merkel

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -50,5 +51,11 @@ class LineReader {
   std::uint64_t number_ = 0;
   std::string error_;
 };
+
+/// Reads a table of one file to its end.
+/// \param take  called with each line that is neither empty nor a comment (#); returns what is
+/// wrong with it, which is an error at its place, or nullptr
+[[nodiscard]] Expected<void, SetupError> read_rows(
+    const std::string& path, const std::function<const char*(std::string_view row)>& take);
 
 }  // namespace merkel

@@ -45,31 +45,26 @@ std::optional<int> power_of_header(std::string_view name) {
 }
 
 Expected<PulseFile, SetupError> read_text_pulses(const std::string& path) {
-  auto lines = LineReader::open(path);
-  if (!lines) return Unexpected<SetupError>(lines.error());
   PulseFile file{.format = "times", .lines = {}};
   std::vector<nanoseconds>& times = file.lines[1];
   std::optional<int> power;
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
-    std::string_view row = lines->line();
-    if (row.empty() || row.starts_with('#')) continue;
+  const auto read = read_rows(path, [&](std::string_view row) -> const char* {
     const std::string_view field = row.substr(0, row.find_first_of(",; \t"));
     if (!power) {
       power = power_of_header(field);
-      if (power) continue;
+      if (power) return nullptr;
       power = 0;
     }
     const auto time_s = parse_number(field, *power);
     const auto time = time_s ? time_of_s(*time_s) : std::nullopt;
     if (!time) {
-      return bad_input(lines->where() +
-                       "this is not the time of a pulse: expected a number in s in the first "
-                       "column, or a header time_s, time_ms, time_us or time_ns");
+      return "this is not the time of a pulse: expected a number in s in the first column, or a "
+             "header time_s, time_ms, time_us or time_ns";
     }
     times.push_back(*time);
-  }
-  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+    return nullptr;
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   return file;
 }
 

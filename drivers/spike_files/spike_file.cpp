@@ -20,24 +20,19 @@
 namespace merkel {
 
 Expected<SpikeFile, SetupError> read_csv_spikes(const std::string& path) {
-  auto lines = LineReader::open(path);
-  if (!lines) return Unexpected<SetupError>(lines.error());
   SpikeFile file{.format = "CSV", .spikes = {}};
   RecordedZero zero;
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
-    std::string_view line = lines->line();
-    const bool header = file.spikes.empty() && line.starts_with("time_s,neuron");
-    if (line.empty() || line.starts_with('#') || header) continue;
-    const auto time = parse_seconds(take_field(line));
-    const auto neuron = parsed_number<std::uint32_t>(take_field(line));
+  const auto read = read_rows(path, [&](std::string_view row) -> const char* {
+    if (file.spikes.empty() && row.starts_with("time_s,neuron")) return nullptr;
+    const auto time = parse_seconds(take_field(row));
+    const auto neuron = parsed_number<std::uint32_t>(take_field(row));
     if (neuron.value_or(0) == 0 || !time) {
-      return bad_input(lines->where() +
-                       "this is not a spike: expected a header time_s,neuron and rows of them");
+      return "this is not a spike: expected a header time_s,neuron and rows of them";
     }
     file.spikes.push_back({.time = *time, .neuron = *neuron});
-  }
-  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+    return nullptr;
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   zero.take_file_beside(path);
   file.from_start = zero.apply(file.spikes);
   return file;

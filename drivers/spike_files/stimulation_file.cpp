@@ -88,31 +88,24 @@ bool is_stimulation_csv(const std::string& path) {
 }
 
 Expected<StimulationFile, SetupError> read_stimulation_csv(const std::string& path) {
-  auto lines = LineReader::open(path);
-  if (!lines) return Unexpected<SetupError>(lines.error());
   StimulationFile file;
   RecordedZero zero;
   bool header_found = false;
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
-    const std::string_view line = lines->line();
-    if (line.empty()) continue;
-    if (line.starts_with('#')) continue;
+  const std::string wrong_header =
+      std::string("expected the header ") + StimulationText::csv_header();
+  const std::string wrong_row =
+      std::string("this is not a stimulation command: expected ") + StimulationText::csv_header();
+  const auto read = read_rows(path, [&](std::string_view row) -> const char* {
     if (!header_found) {
-      if (!is_command_header(line)) {
-        return bad_input(lines->where() + "expected the header " + StimulationText::csv_header());
-      }
-      header_found = true;
-      continue;
+      header_found = is_command_header(row);
+      return header_found ? nullptr : wrong_header.c_str();
     }
-    auto command = command_of(line);
-    if (!command) {
-      return bad_input(lines->where() + "this is not a stimulation command: expected " +
-                       StimulationText::csv_header());
-    }
+    auto command = command_of(row);
+    if (!command) return wrong_row.c_str();
     file.commands.push_back(std::move(*command));
-  }
-  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+    return nullptr;
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   zero.take_file_beside(path);
   file.from_start = zero.apply(file.commands);
   sort_by_time(file.commands);

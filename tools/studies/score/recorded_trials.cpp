@@ -1,7 +1,6 @@
 #include "tools/studies/score/recorded_trials.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -9,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "drivers/files/csv_text.hpp"
 #include "drivers/files/line_reader.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/spike_distance.hpp"
@@ -22,28 +22,19 @@ using Trains = std::vector<std::vector<double>>;
 
 /// Reads rows of time_s and the number of the trial or neuron.
 Expected<Trains, SetupError> read_spikes(const std::string& path) {
-  auto lines = LineReader::open(path);
-  if (!lines) return Unexpected<SetupError>(lines.error());
   std::map<long, std::vector<double>> trains;
-  LineReader::Outcome outcome = LineReader::Outcome::kEnd;
-  while ((outcome = lines->next()) == LineReader::Outcome::kLine) {
-    const std::string_view line = lines->line();
-    if (line.empty() || line.front() == '#') continue;
-    if (line == "time_s,trial" || line == "time_s,neuron") continue;
-    double time = 0.0;
-    long trial = 0;
-    const char* const end = line.data() + line.size();
-    const auto [comma, first] = std::from_chars(line.data(), end, time);
-    const bool read = first == std::errc() && comma != end && *comma == ',' &&
-                      std::from_chars(comma + 1, end, trial).ec == std::errc() &&
-                      std::isfinite(time);
-    if (!read) {
-      return bad_input(lines->where() +
-                       "each row must be a time in s and a trial number, as in 1.234,1");
+  const auto read = read_rows(path, [&](std::string_view row) -> const char* {
+    if (row == "time_s,trial" || row == "time_s,neuron") return nullptr;
+    const auto time_s = parse_number(take_field(row));
+    const auto trial = parse_number(take_field(row));
+    if (!time_s || !trial || !std::isfinite(*time_s) || !(std::fabs(*trial) < 1e9) ||
+        *trial != std::floor(*trial)) {
+      return "each row must be a time in s and a trial number, as in 1.234,1";
     }
-    trains[trial].push_back(time);
-  }
-  if (outcome == LineReader::Outcome::kError) return bad_input(lines->error());
+    trains[static_cast<long>(*trial)].push_back(*time_s);
+    return nullptr;
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   Trains all;
   for (auto& [trial, train] : trains) all.push_back(std::move(train));
   if (all.empty()) return bad_input(path + " holds no spikes");
