@@ -81,8 +81,9 @@ TEST(Units, ATraceTakesFactorsAndZeroFromACalibration) {
   const auto run = run_program(
       {"run", "--fast", "--json", "--probe", "replay:" + trace + "?calibration=" + file});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_NEAR(nlohmann::json::parse(run.out)["probes"][0]["deepest_press"]["force_N"].get<double>(),
-              0.1375, 0.0005);
+  const auto json = nlohmann::json::parse(run.out);
+  EXPECT_NEAR(json["probes"][0]["deepest_press"]["force_N"].get<double>(), 0.1375, 0.0005);
+  EXPECT_EQ(json["validity"][0]["source"], "recorded, calibrated by " + file);
   // What is in N already is not calibrated a second time.
   const auto twice =
       run_program({"run", "--fast", "--probe", "replay:" + newtons + "?calibration=" + file});

@@ -5,6 +5,7 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
+#include "drivers/uri.hpp"
 #include "tools/run/force_and_depth.hpp"
 #include "tools/scene/contact_sentence.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -29,12 +30,17 @@ Json fit_json(const Press& press, const TactileModel& model, const Indenter& tip
           {"same_skin", model.parameters().skin == preset_scene(preset)->model.skin}};
 }
 
-/// Where the readings of a probe come from.
-std::string source_of(const std::string& uri, const std::string& calibration) {
-  if (uri.starts_with("sim:")) return "simulated";
-  if (uri.starts_with("replay:")) return "recorded";
-  return calibration.empty() ? "as its device reports it, not calibrated here"
-                             : "calibrated by " + calibration;
+/// Where the readings of a probe come from. \param calibration  of the scene
+std::string source_of(const std::string& text, std::string calibration) {
+  if (text.starts_with("sim:")) return "simulated";
+  const bool recorded = text.starts_with("replay:");
+  if (const auto uri = Uri::parse(text)) {
+    const auto of_uri = uri->options.find("calibration");
+    if (of_uri != uri->options.end()) calibration = of_uri->second;
+  }
+  if (!calibration.empty())
+    return (recorded ? "recorded, calibrated by " : "calibrated by ") + calibration;
+  return recorded ? "recorded" : "as its device reports it, not calibrated here";
 }
 
 }  // namespace
