@@ -147,7 +147,7 @@ TEST(OutputSafety, DatedNamesNeverCollideAndAKilledRunIsFinishedByTheNext) {
     parts = files_like(folder, ".xdf.part");
   }
   ASSERT_EQ(parts.size(), 1U);
-  ASSERT_TRUE(wait_for_bytes(parts[0], 20'000));  // more than its headers
+  ASSERT_TRUE(wait_for_bytes(parts[0], 200'000));  // ticks, after its headers
   program.send(SIGKILL);
   program.finish();
   const auto next = run_program({"run", "--fast", "--sink", sink});
