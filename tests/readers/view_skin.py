@@ -18,10 +18,9 @@ class Skin(BrowserPage):
         self.wait("merkel.order.rows.length < 450")
         self.page.press(" ")  # Pause: the view stands still.
         self.wait("merkel.paused !== null")
-        self.page.ask("(() => { merkel.order.key = ''; merkel.dirty = true; })()")
-        self.wait("(() => { const time = merkel.time(), counts = merkel.history.counts(time.from, time.to); "
-                  "return merkel.order.rows.every((n) => counts[n - 1] > 0) && "
-                  "merkel.order.rows.length === counts.reduce((sum, n) => sum + (n > 0), 0); })()")
+        self.assertTrue(self.page.ask("(() => { merkel.order.key = ''; merkel.dirty = true; merkel.draw(); "
+                                      "const {fired} = merkel.history; return merkel.order.rows.every((n) => fired[n - 1] > 0) && "
+                                      "merkel.order.rows.length === fired.reduce((sum, n) => sum + (n > 0), 0); })()"))
         self.page.ask("(() => { const s = document.getElementById('order'); s.value = 'number'; "
                       "s.dispatchEvent(new Event('change')); })()")
         self.wait("merkel.order.rows.every((n, i) => i === 0 || merkel.order.rows[i - 1] < n)")
