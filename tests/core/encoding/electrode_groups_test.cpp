@@ -370,7 +370,7 @@ TEST(ElectrodeGroups, AreRefusedWithAdviceWhereTheyCannotBe) {
               p.groups.resize(3, p.groups[0]);
               p.groups[1].pattern.name = p.groups[2].pattern.name = "side";
               p.electrodes[1].group = p.electrodes[3].group = 1;
-              for (std::size_t e : {0, 1}) {
+              for (std::size_t e = 0; e < 2; ++e) {
                 p.electrodes.push_back(p.electrodes[e]);
                 p.electrodes.back().name = "S" + std::to_string(e);
                 p.electrodes.back().group = 2;

@@ -221,17 +221,17 @@ TEST(Encoders, RecruitedCountsAnAfferentOnceWhereItsWeightsAreRescaled) {
   const Electrode after = electrode_at("E3", EncoderKind::kRecruited, 4.5, 8.5, 0.4);
   StimulationEncoder encoder =
       *StimulationEncoder::create(encoding_of({before, electrode, after}), grid_model());
-  for (const std::size_t e : {0, 1, 2}) ASSERT_EQ(encoder.afferents(e), 1U);
+  for (std::size_t e = 0; e < 3; ++e) ASSERT_EQ(encoder.afferents(e), 1U);
   TickFeed feed(encoder, kTick);
   int updates = 0;
   for (int k = 1; k <= 300; ++k) {
-    for (const std::uint32_t column : {5, 13, 21}) {
+    for (const std::uint32_t column : {5U, 13U, 21U}) {
       feed.spike(microseconds{500}, 8 * 30 + column);
     }
     const auto commands = feed.step();
     if (commands.empty()) continue;
     EXPECT_NEAR(commands[1].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5), 1e-9) << k;
-    for (const std::size_t e : {0, 2}) {
+    for (std::size_t e = 0; e < 3; e += 2) {
       EXPECT_NEAR(commands[e].amplitude_uA, 20.0 + 60.0 * std::exp(-0.5 / 30.0), 1e-9) << k;
     }
     ++updates;

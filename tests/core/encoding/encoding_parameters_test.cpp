@@ -136,7 +136,7 @@ TEST(EncodingParameters, RefusesInvalidValues) {
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_slope_uA_per_s = 0.0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.max_electrodes = 0; }), "");
   EXPECT_NE(fault([](auto& p) { p.stimulation.update = {}; }), "");
-  for (const std::size_t electrodes : {256, 257}) {
+  for (std::size_t electrodes = 256; electrodes <= 257; ++electrodes) {
     const std::string said = fault([=](auto& p) {
       p.electrodes.resize(electrodes, p.electrodes[0]);
       for (std::size_t e = 0; e < electrodes; ++e) p.electrodes[e].name = std::to_string(e);
