@@ -13,10 +13,10 @@ class StimulationSwitch {
  public:
   enum class By : std::uint8_t { kNone, kSignal, kPage, kProgram, kTerminal };
 
-  struct State {
-    By by = By::kNone;        ///< kNone: it is not stopped
-    By last = By::kNone;      ///< of the last stop
-    std::uint16_t stops = 0;  ///< so far, modulo 2^16: tells of a stop that is over
+  struct alignas(std::uint32_t) State {  // aligned as one word, so that it is lock-free
+    By by = By::kNone;                   ///< kNone: it is not stopped
+    By last = By::kNone;                 ///< of the last stop
+    std::uint16_t stops = 0;             ///< so far, modulo 2^16: tells of a stop that is over
   };
 
   /// The first stop counts.
