@@ -29,9 +29,9 @@ while read -r name longest; do
   [ -n "$name" ] || continue
   seconds=${MERKEL_FUZZ_SECONDS:-}
   limits=()
-  if [ "$name" = scene_run ]; then  # a single run may take 10 s and 2 GB
+  if [ "$name" = scene_run ]; then  # a single run may take 100 s and 2 GB
     seconds=${MERKEL_FUZZ_SECONDS:-60}
-    limits=(-timeout=10 -rss_limit_mb=2048)
+    limits=(-timeout=100 -rss_limit_mb=2048)
   fi
   folders=("$corpora/$name")
   [ -d "tests/fuzz/seeds/$name" ] && folders+=("tests/fuzz/seeds/$name")
