@@ -199,17 +199,17 @@ class FixedStepLoop {
     if (fanout_.commands_failed() && step_.encoder() != nullptr) {
       step_.encoder()->fail_safe(StimulationCommand::Stop::kSinkFailure);
     }
-    take_drives(timing.end);
+    take_drives(timing);
     const SimulationStep::Output made = step_.step(records_);
     timing.computed = clock_.now();
     publish(made, timing);
     count(made, timing);
   }
 
-  void take_drives(std::chrono::nanoseconds end) noexcept {
+  void take_drives(const TickTiming& timing) noexcept {
     if (step_.encoder() == nullptr || parameters_.drives == nullptr) return;
-    const auto oldest = clock_.now() - step_.encoder()->parameters().stimulation.watchdog;
-    parameters_.drives->take(end, oldest, [this](const GivenDrive& drive) {
+    const auto oldest = timing.started - step_.encoder()->parameters().stimulation.watchdog;
+    parameters_.drives->take(timing.end, oldest, [this](const GivenDrive& drive) {
       step_.encoder()->set_drive(drive);
       fanout_.publish(std::span(&drive, 1), clock_);
     });

@@ -242,6 +242,16 @@ class Program(Case):
         trace.write_bytes(b"".join(trace.read_bytes().splitlines(keepends=True)[:-5]))
         run(2)
 
+    def test_a_file_that_a_scene_writes_is_no_input_of_its_job(self):
+        out, scene = self.folder / "out", self.folder / "own.toml"
+        scene.write_text(f'[[sink]]\nuri = "csv:{self.folder / "spikes.csv"}"\n')
+        jobs = self.jobs([{"scene": str(scene), "duration_s": 0.2}])
+        self.batch(jobs, "--out", out)
+        rows = (out / "rows.jsonl").read_text()
+        self.assertTrue((self.folder / "spikes.csv").exists())
+        self.batch(jobs, "--out", out)
+        self.assertEqual((out / "rows.jsonl").read_text(), rows)
+
     def test_each_row_has_the_command_that_repeats_it(self):
         job = {**JOBS[1], "duration_s": 0.75, "probe.tip": "bars", "probe.bar_gaps_mm": "[3, 5]"}
         self.batch(self.jobs([job]), "--out", self.folder / "out")

@@ -76,7 +76,7 @@ std::string content_of(const std::string& text) {
   return all;
 }
 
-/// The texts in a scene's tables that may name a file, in order.
+/// The texts in a scene's tables that may name a file that it reads, in order.
 std::vector<std::string> texts_in(const std::string& scene) {
   std::vector<std::string> texts;
   const auto parsed = parse_toml(scene);
@@ -90,7 +90,9 @@ std::vector<std::string> texts_in(const std::string& scene) {
       for (const toml::node& value : *array) collect(value);
     }
   };
-  collect(*parsed);
+  for (const auto& [key, value] : *parsed) {
+    if (key != "sink") collect(value);  // a job writes these files
+  }
   return texts;
 }
 

@@ -68,14 +68,14 @@ void drop_unused_probes(Scene& scene) {
 /// with those of the first, but are drawn differently.
 void read_patches(SceneTable& root, Findings& findings, Scene& scene) {
   std::vector<PatchParameters> patches;
-  const auto& presets = scene.model.patches;
+  const auto& of_preset = scene.model.patches;
   for_each_table(root, "receptors", findings, [&](const toml::table& table) {
     const auto name = table["name"].value_or(std::string());
-    const auto same = std::find_if(presets.begin(), presets.end(), [&](const auto& each) {
+    const auto same = std::find_if(of_preset.begin(), of_preset.end(), [&](const auto& each) {
       return !name.empty() && each.name == name;
     });
-    PatchParameters patch = same != presets.end() ? *same : presets.front();
-    if (same == presets.end()) patch.receptors.seed += patches.size();
+    PatchParameters patch = same != of_preset.end() ? *same : of_preset.front();
+    if (same == of_preset.end()) patch.receptors.seed += patches.size();
     read_receptors(SceneTable(table, "receptors", findings), patch);
     patches.push_back(std::move(patch));
   });

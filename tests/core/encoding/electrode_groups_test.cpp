@@ -320,6 +320,13 @@ TEST(ElectrodeGroups, AFieldWhoseAfferentsAreAllInItsBorderWeighsThem) {
   EXPECT_NEAR(frequency_Hz, 200.0 * rate_Hz / 100.0, 1e-9);
 }
 
+/// Moves the last two of four electrodes to a second group.
+void split(EncodingParameters& parameters) {
+  parameters.groups.push_back(parameters.groups[0]);
+  parameters.groups[1].pattern.name = "side";
+  parameters.electrodes[2].group = parameters.electrodes[3].group = 1;
+}
+
 std::string refusal_of(const std::function<void(EncodingParameters&)>& change) {
   EncodingParameters parameters = group_of(4);
   change(parameters);
@@ -341,28 +348,22 @@ TEST(ElectrodeGroups, AreRefusedWithAdviceWhereTheyCannotBe) {
             "with 2.6 ms between two pulses (a tick and a pulse, whichever is longer), it is at "
             "most 96");
   EXPECT_EQ(refusal_of([](auto& p) {
-              p.groups.push_back(p.groups[0]);
-              p.groups[1].pattern.name = "side";
+              split(p);
               p.groups[1].pattern.frequency_Hz[1] = 501.0;
-              p.electrodes[2].group = p.electrodes[3].group = 1;
             }),
             "electrode_group[side].frequency_Hz is too high to stagger the pulses of 2 electrodes: "
             "with 1 ms between two pulses (a tick and a pulse, whichever is longer), it is at most "
             "500");
   EXPECT_EQ(refusal_of([](auto& p) {
+              split(p);
               p.stimulation.interphase = microseconds{2200};
-              p.groups.push_back(p.groups[0]);
-              p.groups[1].pattern.name = "side";
               p.groups[1].pattern.frequency_Hz[1] = 193.0;
-              p.electrodes[2].group = p.electrodes[3].group = 1;
             }),
             "electrode_group[side].frequency_Hz is too high to stagger the pulses of 2 electrodes: "
             "with 2.6 ms between two pulses (a tick and a pulse, whichever is longer), it is at "
             "most 192");
   EXPECT_EQ(refusal_of([](auto& p) {
-              p.groups.push_back(p.groups[0]);
-              p.groups[1].pattern.name = "side";
-              p.electrodes[2].group = p.electrodes[3].group = 1;
+              split(p);
               p.electrodes[3].patch = 1;
             }),
             "electrode[E4].patch must be that of E3, which is in the same group");
