@@ -47,15 +47,13 @@ Expected<std::vector<Receptor>, ParameterError> place_receptors(
                                                 .length_mm = patch.length_mm});
   if (!density) return Unexpected<ParameterError>(density.error());
 
-  const double expected = std::round(parameters.density_per_mm2 * patch.area_mm2());
-  if (parameters.count == 0 && !(expected <= static_cast<double>(kMaxReceptors))) {
+  const double number = parameters.number_on(patch);
+  if (!(number <= static_cast<double>(kMaxReceptors))) {
     return Unexpected<ParameterError>(
         {.key = "receptors.density_per_mm2",
          .reason = "gives more receptors than the limit of " + std::to_string(kMaxReceptors)});
   }
-  const auto count = parameters.count > 0 ? parameters.count : static_cast<std::int64_t>(expected);
-
-  std::vector<Receptor> receptors(static_cast<std::size_t>(count));
+  std::vector<Receptor> receptors(static_cast<std::size_t>(number));
   Random random(parameters.seed);
   std::int64_t k = 0;
   for (Receptor& receptor : receptors) {
@@ -63,7 +61,7 @@ Expected<std::vector<Receptor>, ParameterError> place_receptors(
       receptor.x_mm = density->quantile_mm(random.uniform());
       receptor.y_mm = patch.width_mm * random.uniform();
     } else {
-      const double fraction = (static_cast<double>(k) + 0.5) / static_cast<double>(count);
+      const double fraction = (static_cast<double>(k) + 0.5) / number;
       receptor.x_mm = density->quantile_mm(fraction);
       receptor.y_mm = patch.width_mm * golden_fraction(k);
     }

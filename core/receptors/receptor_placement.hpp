@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -30,6 +31,10 @@ struct ReceptorParameters {
   double density_max_per_mm2 = 1.29;
   double density_min_per_mm2 = 0.143;
 
+  /// N, also where it follows from the density; not a number if they are not.
+  [[nodiscard]] double number_on(const Patch& patch) const {
+    return count != 0 ? static_cast<double>(count) : std::round(density_per_mm2 * patch.area_mm2());
+  }
   [[nodiscard]] static FieldTable fields();
 };
 

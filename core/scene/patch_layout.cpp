@@ -51,6 +51,25 @@ Expected<PatchLayout, ParameterError> fields_of(const PatchParameters& parameter
 
 }  // namespace
 
+Expected<PatchSize, ParameterError> size_of(const PatchParameters& parameters) {
+  const bool fields = parameters.layout == ReceptorLayout::kFields;
+  ParameterCheck all;
+  all.also(parameters.patch.check()).fields(parameters.receptors);
+  if (fields) all.also(parameters.field.check(parameters.patch));
+  if (const auto checked = all.result(); !checked) {
+    return Unexpected<ParameterError>(checked.error());
+  }
+  const double placed = parameters.receptors.number_on(parameters.patch);
+  if (!fields) {
+    return PatchSize{.receptors = placed,
+                     .afferents = static_cast<double>(parameters.patch.subregions())};
+  }
+  const double centres =
+      parameters.centres.empty() ? placed : static_cast<double>(parameters.centres.size());
+  return PatchSize{.receptors = centres * static_cast<double>(parameters.field.receptors),
+                   .afferents = centres};
+}
+
 Expected<PatchLayout, ParameterError> layout_of(const PatchParameters& parameters) {
   return parameters.layout == ReceptorLayout::kSubregions ? subregions_of(parameters)
                                                           : fields_of(parameters);

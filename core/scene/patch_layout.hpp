@@ -23,6 +23,15 @@ struct PatchLayout {
   std::vector<AfferentSite> afferents;
 };
 
+/// How large a layout will be, before it is made.
+struct PatchSize {
+  double receptors = 0.0;
+  double afferents = 0.0;
+};
+
+/// Fails if a parameter of the placement is out of its range.
+[[nodiscard]] Expected<PatchSize, ParameterError> size_of(const PatchParameters& parameters);
+
 /// The receptors and afferents that a model of a patch simulates and every program shows.
 /// The same parameters give the same bits on every machine. Real-time: no.
 [[nodiscard]] Expected<PatchLayout, ParameterError> layout_of(const PatchParameters& parameters);

@@ -15,13 +15,13 @@
 namespace merkel {
 namespace {
 
-/// Largest number of spikes per tick: neurons are refractory for at least a millisecond after a
-/// spike.
-std::size_t most_spikes(const TactileModel::Parameters& p, std::size_t neurons) {
+/// Largest number of spikes of a neuron per tick: it is refractory for at least a millisecond after
+/// a spike.
+std::size_t most_spikes(const TactileModel::Parameters& p) {
   const double interval_ms = std::visit(
       [](const auto& afferent) { return std::min(1.0, afferent.shortest_interval_ms()); },
       p.afferent);
-  return neurons * (2 + static_cast<std::size_t>(units::ms_from(p.tick) / interval_ms));
+  return 2 + static_cast<std::size_t>(units::ms_from(p.tick) / interval_ms);
 }
 
 std::size_t indenters_on(std::size_t patch, const TactileModel::Parameters& p) {
@@ -40,27 +40,34 @@ std::unique_ptr<SlidingContact> sliding_of(const Indenter& indenter,
   return std::make_unique<SlidingContact>(indenter, p.skin, p.tick, limit_kPa);
 }
 
-/// Limits the memory of all patches of a model.
-constexpr std::size_t kMaxSpikesPerTick = 10'000'000;
+/// Limits the memory of all patches of a model, before any of it is used.
+Expected<void, ParameterError> check_size(const TactileModel::Parameters& p) {
+  constexpr double kMaxSpikesPerTick = 1e7;
+  PatchSize all;
+  ParameterCheck check;
+  for (const PatchParameters& patch : p.patches) {
+    const auto size = size_of(patch);
+    if (!size) return Unexpected<ParameterError>(size.error());
+    all.receptors += size->receptors;
+    all.afferents += size->afferents;
+    check.require(all.receptors <= static_cast<double>(kMaxReceptors),
+                  patch.receptors.count > 0 ? "receptors.count" : "receptors.density_per_mm2",
+                  "gives more receptors in all patches than a scene can hold (10000000)");
+  }
+  return check
+      .require(all.afferents * static_cast<double>(most_spikes(p)) <= kMaxSpikesPerTick,
+               "loop.tick_us",
+               "is so long that the afferents could fire more than 10000000 spikes in a tick: "
+               "make it shorter")
+      .result();
+}
 
 Expected<std::vector<PatchLayout>, ParameterError> layouts_of(const TactileModel::Parameters& p) {
+  if (auto checked = check_size(p); !checked) return Unexpected<ParameterError>(checked.error());
   std::vector<PatchLayout> layouts;
-  std::size_t receptors = 0;
-  std::size_t spikes = 0;
   for (const PatchParameters& patch : p.patches) {
     auto layout = layout_of(patch);
     if (!layout) return Unexpected<ParameterError>(layout.error());
-    receptors += layout->receptors.size();
-    spikes += most_spikes(p, layout->afferents.size());
-    const auto checked =
-        ParameterCheck()
-            .require(receptors <= static_cast<std::size_t>(kMaxReceptors), "receptors.count",
-                     "gives more receptors in all patches than a scene can hold (10000000)")
-            .require(spikes <= kMaxSpikesPerTick, "loop.tick_us",
-                     "is so long that the afferents could fire more than 10000000 spikes in a "
-                     "tick: make it shorter")
-            .result();
-    if (!checked) return Unexpected<ParameterError>(checked.error());
     layouts.push_back(std::move(*layout));
   }
   return layouts;
@@ -80,7 +87,7 @@ Expected<TactilePatch, ParameterError> make_patch(const TactileModel::Parameters
                        .most_contacts = indenters_on(index, p),
                        .output = p.energy_driven() ? ReceptorDrive::Output::kMeanEnergy
                                                    : ReceptorDrive::Output::kCurrent},
-                      std::move(*afferents), most_spikes(p, neurons));
+                      std::move(*afferents), neurons * most_spikes(p));
 }
 
 std::vector<Position> positions_of(const TactilePatch& patch) {
@@ -134,7 +141,7 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
       patches_(std::move(patches)),
       touching_(patches_.size()),
       next_part_(std::make_unique<std::atomic<std::size_t>>(0)),
-      spikes_(most_spikes(parameters, neurons())),
+      spikes_(neurons() * most_spikes(parameters)),
       resets_(neurons()) {
   for (const Indenter& indenter : parameters.indenters) {
     // Equal tips share their reach if as many press on the patch.

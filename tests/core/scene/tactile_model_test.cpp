@@ -267,6 +267,42 @@ TEST(TactileModel, RefusesInvalidParameters) {
       "probe.radius_mm");
 }
 
+// Placing ten million receptors takes half a minute: none is placed before all are counted.
+TEST(TactileModel, RefusesScenesThatAreTooLarge) {
+  const auto fault_of = [](auto change) {
+    TactileModel::Parameters parameters;
+    parameters.patches = {{.name = "thumb"}, {.name = "index"}};
+    for (PatchParameters& patch : parameters.patches) change(parameters, patch);
+    const auto model = TactileModel::create(parameters);
+    return model ? "none" : model.error().key + " " + model.error().reason;
+  };
+  using P = TactileModel::Parameters;
+  const std::string too_many =
+      " gives more receptors in all patches than a scene can hold (10000000)";
+  EXPECT_EQ(fault_of([](P&, PatchParameters& each) { each.receptors.count = 6'000'000; }),
+            "receptors.count" + too_many);
+  EXPECT_EQ(fault_of([](P&, PatchParameters& each) { each.receptors.density_per_mm2 = 9'999.0; }),
+            "receptors.density_per_mm2" + too_many);
+  const auto fields = [&](std::int64_t afferents, std::int64_t receptors) {
+    return fault_of([&](P& p, PatchParameters& each) {
+      p.network.gain = 0.0;
+      p.tick = std::chrono::seconds{1};
+      each.layout = ReceptorLayout::kFields;
+      each.receptors.count = afferents;
+      each.field.receptors = receptors;
+    });
+  };
+  EXPECT_EQ(fields(3'000, 2'000), "receptors.count" + too_many);
+  EXPECT_EQ(fields(6'000, 20),
+            "loop.tick_us is so long that the afferents could fire more than 10000000 spikes in a "
+            "tick: make it shorter");
+  const auto wrong = [](P&, PatchParameters& each) {
+    each.receptors.count = 6'000'000;
+    each.patch.length_mm = -1.0;
+  };
+  EXPECT_EQ(fault_of(wrong).substr(0, 19), "receptors.length_mm");
+}
+
 std::string step_fault(IntegrationMethod method, nanoseconds step, double gain = 0.1) {
   TactileModel::Parameters parameters;
   parameters.afferent = HodgkinHuxleyAfferent{.method = method};

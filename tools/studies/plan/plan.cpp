@@ -261,15 +261,15 @@ Expected<Plan, SetupError> make_plan(Scene& scene) {
   }
   // Large scenes have a shorter rehearsal, because the reference is slow. A network amplifies
   // errors for as long as its neurons fire nearly together, so an error limit takes a longer one.
-  std::size_t neurons = 0;
+  double neurons = 0.0;
   for (const PatchParameters& patch : scene.model.patches) {
-    const auto layout = layout_of(patch);
-    if (!layout) return bad_input(scene.sentence(layout.error()));
-    neurons += layout->afferents.size();
+    const auto size = size_of(patch);
+    if (!size) return bad_input(scene.sentence(size.error()));
+    neurons += size->afferents;
   }
   const bool coupled =
       scene.spike_time_us && !scene.model.energy_driven() && scene.model.network.gain > 0.0;
-  const std::chrono::milliseconds most{neurons > 500 ? 250 : coupled ? 4000 : 1000};
+  const std::chrono::milliseconds most{neurons > 500.0 ? 250 : coupled ? 4000 : 1000};
   const auto recording = ProbeRecording::read(scene, most);
   if (!recording) return Unexpected<SetupError>(recording.error());
   if (const auto checked = TactileModel::create(scene.model); !checked) {
