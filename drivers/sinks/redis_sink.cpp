@@ -59,9 +59,8 @@ class StreamWriter {
   }
   [[nodiscard]] bool connected() const noexcept { return connection_ != nullptr; }
 
-  /// Queues an entry, unless there is no connection. An error shows in settle().
+  /// Queues an entry; there must be a connection. An error shows in settle().
   void add(const std::string& stream, const Fields& fields) {
-    if (!connected()) return;
     std::vector<std::string> arguments = {"XADD", stream, "MAXLEN", "~", longest_, "*"};
     for (const auto& [name, value] : fields) {
       arguments.emplace_back(name);
@@ -148,8 +147,6 @@ class RedisSink final : public Sink {
   [[nodiscard]] bool interrupted() override { return std::exchange(interrupted_, is_away()); }
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (ready_) return {};
-    ready_ = true;
     bin_start_ = origin.start;
     add_state("NODE_READY");
     settle();
@@ -238,11 +235,9 @@ class RedisSink final : public Sink {
     reason_ = error;
     pause_ = kFirstRejoin;
     rejoin_at_ = read_clock_pair().monotonic + pause_;
-    if (!std::exchange(reported_, true)) {
-      report("it failed (" + reason_ +
-             "): its receivers get nothing, and stimulation is over there, until it answers; the "
-             "run and its other sinks go on");
-    }
+    report("it failed (" + reason_ +
+           "): its receivers get nothing, and stimulation is over there, until it answers; the "
+           "run and its other sinks go on");
     return false;
   }
 
@@ -263,7 +258,6 @@ class RedisSink final : public Sink {
       rejoin_at_ = read_clock_pair().monotonic + pause_;
       return false;
     }
-    reported_ = false;
     report("it answers again: its receivers got an off, and amplitudes rise from 0");
     return true;
   }
@@ -366,10 +360,8 @@ class RedisSink final : public Sink {
   std::string amplitudes_;  ///< of the current update, as JSON arrays
   std::string frequencies_;
   std::string stops_;
-  bool ready_ = false;
   RunControl* control_ = nullptr;
   bool interrupted_ = false;  ///< since the last look at interrupted()
-  bool reported_ = false;
   std::string reason_;
   nanoseconds pause_{0};      ///< before the next attempt to connect
   nanoseconds rejoin_at_{0};  ///< on the host's monotonic clock

@@ -67,7 +67,6 @@ class StimZmqSink final : public Sink {
     return {};
   }
   void give_up() noexcept override { publisher_.give_up(); }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   ZmqPublisher publisher_;

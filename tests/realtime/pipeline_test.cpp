@@ -354,7 +354,6 @@ TEST(Pipeline, WhatASinkReportsAtItsEndReachesTheUser) {
       control_->notice("the last word");
       return {};
     }
-    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
    private:
     std::string uri_ = "last:";
@@ -499,7 +498,6 @@ TEST(Pipeline, AfterARefusedStartNoProbeIsReadWhileItsSinksEnd) {
     }
     Expected<void, SinkError> write(const RecordBatch&) override { return {}; }
     Expected<void, SinkError> close() override { return {}; }
-    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
    private:
     std::string uri_ = "samples:";

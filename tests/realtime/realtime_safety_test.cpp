@@ -304,7 +304,6 @@ class WatchingSink final : public Sink {
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
-  std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   std::string uri_ = "watching:";

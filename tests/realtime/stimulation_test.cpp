@@ -62,7 +62,6 @@ class CommandSink final : public Sink {
     return Unexpected<SinkError>({"the receiver is gone"});
   }
   Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   Received& received_;
@@ -250,7 +249,6 @@ TEST(Stimulation, AGivenDriveIsTakenAtATickRecordedAndHoldsForTheWatchdog) {
       return {};
     }
     Expected<void, SinkError> close() override { return {}; }
-    [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
     std::vector<GivenDrive>& drives;
     std::string name = "drives:";
   };
@@ -411,7 +409,6 @@ class ReceiverSink final : public Sink {
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   std::vector<StimulationCommand>& received_;
@@ -519,7 +516,6 @@ class AwaySink final : public Sink {
   }
   [[nodiscard]] bool interrupted() override { return std::exchange(was_away_, is_away_); }
   Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   std::vector<SentCommand>& received_;
@@ -542,7 +538,6 @@ class JournalSink final : public Sink {
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return 0; }
 
  private:
   std::vector<SentCommand>& sent_;

@@ -1,5 +1,7 @@
 // The sinks of stimulation commands. The Redis sink is tested against a real server.
+#include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,13 +12,18 @@
 #include <thread>
 #include <vector>
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <signal.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <zmq.hpp>
 
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/files/output_file.hpp"
+#include "drivers/files/raw_bytes.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
 #include "tests/free_ports.hpp"
@@ -98,6 +105,35 @@ TEST(StimCsvSink, EachRowIsInTheFileOnceAndAtOnceInTheTimeAskedFor) {
   ASSERT_TRUE((*sink)->close());
   EXPECT_EQ(text_of(path), rows);
   EXPECT_TRUE(has(text_of(path + ".time"), "time_zero = run\n")) << text_of(path + ".time");
+}
+
+TEST(StimCsvSink, ARunThatEndsWithoutACommandLeavesNoPartOfAFile) {
+  const TemporaryFolder folder;
+  {
+    const auto sink = open_sink("stim-csv:" + folder.path("commands.csv"), stim_setup());
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    ASSERT_TRUE((*sink)->begin({}));
+    ASSERT_TRUE((*sink)->flush());
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path("")));
+}
+
+TEST(StimCsvSink, KeepsTheConversionOfTimesThatItMayNotReplace) {
+  const TemporaryFolder folder;
+  const std::string uri = "stim-csv:" + folder.path("commands.csv") + "?time=run";
+  {
+    const auto other = OutputFile::create(folder.path("commands.csv.time"), false);
+    ASSERT_TRUE(other);
+    const auto sink = open_sink(uri, stim_setup());
+    ASSERT_FALSE(sink);
+    EXPECT_TRUE(has(sink.error().sentence, "commands.csv.time")) << sink.error().sentence;
+  }
+  const auto sink = open_sink(uri, stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  static_cast<void>(folder.file("commands.csv.time", "kept"));  // appears during the run
+  const auto begun = (*sink)->begin({.start = milliseconds{2}, .utc = {}});
+  ASSERT_FALSE(begun);
+  EXPECT_TRUE(has(begun.error().sentence, "commands.csv.time")) << begun.error().sentence;
 }
 
 TEST(StimSinks, RefuseWhatTheyDoNotKnowAndWhatExists) {
@@ -215,6 +251,27 @@ TEST(StimZmqSink, SendsItsElectrodesAndEveryCommandOnce) {
     EXPECT_TRUE(k >= 2 || std::chrono::abs(utc - wanted) < std::chrono::minutes{5}) << json;
     EXPECT_TRUE(json.ends_with("}")) << json;
   }
+  EXPECT_TRUE(open_sink("stim-zmq:" + endpoint, setup)) << "the address is free after close()";
+}
+
+TEST(StimZmqSink, AFullQueueOfASubscriberIsAnError) {
+  const std::string endpoint = "tcp://127.0.0.1:" + std::to_string(free_ports(1).front());
+  zmq::context_t context;
+  zmq::socket_t subscriber(context, zmq::socket_type::sub);
+  subscriber.set(zmq::sockopt::rcvhwm, 1);
+  subscriber.set(zmq::sockopt::subscribe, "");
+  subscriber.connect(endpoint);
+  const auto sink =
+      open_sink("stim-zmq:" + endpoint + "?hwm=1&subscribers=1&wait_s=30", stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->begin({}));
+  std::string sentence;
+  for (int k = 0; k < 1'000'000 && sentence.empty(); ++k) {
+    const auto written = (*sink)->write({.sent = commands()});
+    if (!written) sentence = written.error().sentence;
+  }
+  EXPECT_TRUE(has(sentence, "the queue of a subscriber is full, so stimulation was stopped"))
+      << sentence;
 }
 
 TEST(StimZmqSink, TellsItsElectrodesToWhoeverSubscribesToThem) {
@@ -283,9 +340,10 @@ class RedisServer {
   RedisServer(const RedisServer&) = delete;
   RedisServer& operator=(const RedisServer&) = delete;
   ~RedisServer() { stop(); }
+  void signal(int number) const { ::kill(process_, number); }
   void stop() {
     if (process_ <= 0) return;
-    ::kill(process_, SIGKILL);
+    signal(SIGKILL);
     ::waitpid(process_, nullptr, 0);
     process_ = 0;
   }
@@ -355,6 +413,97 @@ TEST_F(RedisSinkTest, WritesTheStreamsOfANode) {
   EXPECT_TRUE(has(state, "status\nNODE_SHUTDOWN\n")) << state;
 }
 
+template <class... Number>
+std::string bytes_of(Number... numbers) {
+  std::string bytes;
+  (append_raw(bytes, numbers), ...);
+  return bytes;
+}
+
+TEST_F(RedisSinkTest, SamplesSpikesAndCountsAreNumbersInTheirBytes) {
+  SinkSetup setup = stim_setup();
+  setup.neurons = 3;
+  setup.run.probes = {{.uri = "a", .channels = ProbeSample::kDepth | ProbeSample::kForce},
+                      {.uri = "b", .channels = ProbeSample::kX | ProbeSample::kY}};
+  const auto sink = open_sink(RedisServer::uri(), setup);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->begin({.start = milliseconds{2}, .utc = {}}));
+  EXPECT_TRUE(has(RedisServer::cli("xrange stimulator_state - +"), "status\nNODE_READY\n"));
+  const std::int64_t ms = 1'000'000;
+  const auto sample = [](std::uint32_t probe, int time_ms, double depth_mm, double force_mN) {
+    return DeliveredSample{.probe = probe,
+                           .sample = {.time = milliseconds{time_ms},
+                                      .depth_mm = depth_mm,
+                                      .force_mN = force_mN,
+                                      .x_mm = 3.0,
+                                      .y_mm = 4.0}};
+  };
+  const std::vector<DeliveredSample> samples = {sample(0, 3, 0.25, 50.0), sample(1, 4, 0.0, 0.0),
+                                                sample(0, 5, 0.5, 100.0)};
+  // The last spike is of the second bin: a bin ends before its end.
+  const std::vector<SpikeEvent> spikes = {{.time = milliseconds{5}, .neuron = 1},
+                                          {.time = milliseconds{5}, .neuron = 3},
+                                          {.time = milliseconds{6}, .neuron = 4},
+                                          {.time = milliseconds{6}, .neuron = 0},
+                                          {.time = milliseconds{12}, .neuron = 3}};
+  const std::vector<TickRecord> ticks = {{.time = milliseconds{20}}, {.time = milliseconds{40}}};
+  ASSERT_TRUE((*sink)->write({.samples = samples, .spikes = spikes, .ticks = ticks}));
+  EXPECT_EQ((*sink)->delivered(), 5U);
+
+  const auto entries = [](const std::string& stream) {
+    return RedisServer::cli("xrange stimulator_" + stream + " - +");
+  };
+  const std::string first = entries("samples");
+  EXPECT_TRUE(first.ends_with("sync\n{\"merkel_time_ns\":5000000}\ntime_ns\n" +
+                              bytes_of(3 * ms, 5 * ms) + "\ndepth_mm\n" + bytes_of(0.25, 0.5) +
+                              "\nforce_N\n" + bytes_of(0.05, 0.1) + "\n"))
+      << first;
+  const std::string second = entries("samples_1");
+  EXPECT_TRUE(second.ends_with("sync\n{\"merkel_time_ns\":4000000}\ntime_ns\n" + bytes_of(4 * ms) +
+                               "\nx_mm\n" + bytes_of(3.0) + "\ny_mm\n" + bytes_of(4.0) + "\n"))
+      << second;
+  const std::string fired = entries("spikes");
+  EXPECT_TRUE(fired.ends_with("sync\n{\"merkel_time_ns\":12000000}\ntime_ns\n" +
+                              bytes_of(5 * ms, 5 * ms, 6 * ms, 6 * ms, 12 * ms) + "\nneuron\n" +
+                              bytes_of(1U, 3U, 4U, 0U, 3U) + "\n"))
+      << fired;
+  EXPECT_EQ(RedisServer::cli("xlen stimulator_counts"), "3\n");
+  const auto counts = [](int time_ms, std::uint16_t one, std::uint16_t two, std::uint16_t three) {
+    return "{\"merkel_time_ns\":" + std::to_string(time_ms) + "000000}\ncounts\n" +
+           bytes_of(one, two, three) + "\n";
+  };
+  for (const std::string& bin : {counts(12, 1, 0, 1), counts(22, 0, 0, 1), counts(32, 0, 0, 0)}) {
+    EXPECT_TRUE(has(entries("counts"), bin)) << bin;
+  }
+}
+
+TEST_F(RedisSinkTest, CountsOfALongStopAreNotSent) {
+  SinkSetup setup = stim_setup();
+  setup.neurons = 1;
+  const auto sink = open_sink(RedisServer::uri(), setup);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->begin({}));
+  const auto tick = [&](int time_ms) {
+    const std::vector<TickRecord> ticks = {{.time = milliseconds{time_ms}}};
+    EXPECT_TRUE((*sink)->write({.ticks = ticks}));
+    return RedisServer::cli("xlen stimulator_counts");
+  };
+  EXPECT_EQ(tick(10'000), "1000\n");
+  const std::vector<SpikeEvent> spikes = {{.time = milliseconds{10'001}, .neuron = 1}};
+  EXPECT_TRUE((*sink)->write({.spikes = spikes}));
+  EXPECT_EQ(tick(20'005), "1001\n");
+  EXPECT_TRUE(
+      has(RedisServer::cli("xrevrange stimulator_counts + - count 1"),
+          "{\"merkel_time_ns\":20000000000}\ncounts\n" + bytes_of(std::uint16_t{0}) + "\n"));
+  const auto none = open_sink(RedisServer::uri() + "2&bin_ms=0", setup);
+  ASSERT_TRUE(none) << none.error().sentence;
+  ASSERT_TRUE((*none)->begin({}));
+  const std::vector<TickRecord> ticks = {{.time = milliseconds{100}}};
+  EXPECT_TRUE((*none)->write({.spikes = spikes, .ticks = ticks}));
+  EXPECT_EQ(RedisServer::cli("xlen stimulator2_spikes"), "1\n");
+  EXPECT_EQ(RedisServer::cli("xlen stimulator2_counts"), "0\n");
+}
+
 TEST_F(RedisSinkTest, KeepsItsStreamsShort) {
   const auto sink = open_sink(RedisServer::uri() + "&maxlen=100", stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
@@ -393,7 +542,8 @@ TEST_F(RedisSinkTest, AfterARestartOfTheServerAnOffComesFirstAndTheRunGoesOn) {
   const auto sink = open_sink(RedisServer::uri(), stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
   (*sink)->attach(run);
-  ASSERT_TRUE((*sink)->write({.sent = commands()}));
+  const std::vector<TickRecord> ticks = {{.time = milliseconds{20}}, {.time = milliseconds{30}}};
+  ASSERT_TRUE((*sink)->write({.sent = commands(), .ticks = ticks}));
   EXPECT_FALSE((*sink)->interrupted());
   server_->stop();
   ASSERT_TRUE(write_until(**sink, true));
@@ -403,7 +553,7 @@ TEST_F(RedisSinkTest, AfterARestartOfTheServerAnOffComesFirstAndTheRunGoesOn) {
   ASSERT_TRUE(write_until(**sink, false));
   EXPECT_EQ(run.notices.size(), 2U);
   const std::string first = RedisServer::cli("xrange stimulator - + count 1");
-  EXPECT_TRUE(has(first, "amplitude_uA\n[0,0]\n")) << first;
+  EXPECT_TRUE(has(first, "time_ns\n30000000\nheartbeat\n1\namplitude_uA\n[0,0]\n")) << first;
   EXPECT_TRUE(has(first, "stop\n[\"sink_failure\",\"sink_failure\"]\n")) << first;
   EXPECT_TRUE(has(RedisServer::cli("xrange stimulator_state - +"), "NODE_STARTED"));
   // Of the commands that came while it was away, none was written.
@@ -421,6 +571,96 @@ TEST_F(RedisSinkTest, AServerThatIsOutOfMemoryGetsAnOffOnceItHasMemory) {
   ASSERT_TRUE(write_until(**sink, false));
   const std::string all = RedisServer::cli("xrange stimulator - +");
   EXPECT_TRUE(has(all, "stop\n[\"sink_failure\",\"sink_failure\"]\n")) << all;
+}
+
+TEST_F(RedisSinkTest, AServerThatAnswersWithinTheWatchdogIsNotAway) {
+  SinkSetup setup = stim_setup();
+  setup.run.encoding.stimulation.watchdog = std::chrono::seconds{60};
+  const auto sink = open_sink(RedisServer::uri(), setup);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  server_->signal(SIGSTOP);
+  std::thread later([this] {
+    std::this_thread::sleep_for(milliseconds{200});
+    server_->signal(SIGCONT);
+  });
+  EXPECT_TRUE((*sink)->write({.sent = commands()}));
+  later.join();
+  EXPECT_FALSE((*sink)->interrupted());
+  EXPECT_EQ(RedisServer::cli("xlen stimulator"), "1\n");
+}
+
+TEST_F(RedisSinkTest, AnInterruptionThatIsOverIsReportedOnceMoreToTheGate) {
+  NotingRun run;
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  (*sink)->attach(run);
+  const std::vector<SpikeEvent> spikes = {{.time = milliseconds{5}, .neuron = 1}};
+  for (std::size_t times = 1; times <= 2; ++times) {
+    server_->stop();
+    ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+    ASSERT_EQ(run.notices.size(), 2 * times - 1);
+    server_ = std::make_unique<RedisServer>();
+    for (int k = 0; k < 500 && run.notices.size() < 2 * times; ++k) {
+      ASSERT_TRUE((*sink)->write({}));
+      std::this_thread::sleep_for(milliseconds{20});
+    }
+    ASSERT_EQ(run.notices.size(), 2 * times);
+    EXPECT_TRUE((*sink)->interrupted());
+    EXPECT_FALSE((*sink)->interrupted());
+    const std::string first = RedisServer::cli("xrange stimulator - + count 1");
+    EXPECT_TRUE(has(first, "heartbeat\n0\n")) << first;  // there was no update yet
+  }
+}
+
+/// A server that ends every connection at once, and counts them.
+class HangingUp {
+ public:
+  explicit HangingUp(int port) : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const int on = 1;
+    ::setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    bound_ = ::bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
+             ::listen(listener_, 16) == 0;
+    thread_ = std::thread([this] {
+      for (int one = 0; (one = ::accept(listener_, nullptr, nullptr)) >= 0; ::close(one)) ++count;
+    });
+  }
+  HangingUp(const HangingUp&) = delete;
+  HangingUp& operator=(const HangingUp&) = delete;
+  ~HangingUp() {
+    ::shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    ::close(listener_);
+  }
+  [[nodiscard]] bool bound() const { return bound_; }
+
+  std::atomic<int> count = 0;
+
+ private:
+  int listener_;
+  bool bound_ = false;
+  std::thread thread_;
+};
+
+TEST_F(RedisSinkTest, ConnectsAgainWithGrowingPausesOfAtMostASecond) {
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  server_->stop();
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_TRUE((*sink)->write({.sent = commands()}));
+  const HangingUp other(RedisServer::port());
+  ASSERT_TRUE(other.bound());
+  while (other.count < 6) {
+    ASSERT_TRUE((*sink)->write({.sent = commands()}));
+    std::this_thread::sleep_for(milliseconds{1});
+  }
+  const auto took = std::chrono::steady_clock::now() - begin;
+  // Pauses of 50, 100, 200, 400, 800 and 1000 ms; if a second were the least pause, 31 s.
+  EXPECT_GE(took, milliseconds{2550});
+  EXPECT_LT(took, std::chrono::seconds{12});
 }
 
 TEST_F(RedisSinkTest, SaysAtItsEndThatTheServerIsStillAway) {
@@ -443,6 +683,9 @@ TEST(RedisSink, RefusesWithHowToWriteIt) {
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:1"), "start it with redis-server --port 1"));
   EXPECT_TRUE(has(refusal("redis:192.0.2.1:6379"), "--allow-remote"));
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:6379?node=a%20b"), "the option node must have"));
+  const std::string node = "redis:127.0.0.1:1?node=";
+  EXPECT_TRUE(has(refusal(node + std::string(64, 'a')), "start it with redis-server --port 1"));
+  EXPECT_TRUE(has(refusal(node + std::string(65, 'a')), "the option node must have"));
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:1?nodes=a"), "option"));
 }
 
