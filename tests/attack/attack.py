@@ -34,10 +34,15 @@ class Failure(Exception):
 
 
 class Attacker:
-    def __init__(self, program, folder, seed):
-        self.program, self.folder = os.path.abspath(program), folder
+    def __init__(self, program, folder, seed, sample=1.0):
+        self.program, self.folder, self.sample = os.path.abspath(program), folder, sample
         self.random = random.Random(seed)
         self.files = 0
+
+    def some(self, attacks):
+        """All attacks of a list, or, below one times a quick run, that part of them, in their order."""
+        count = len(attacks) if self.sample >= 1 else round(self.sample * len(attacks))
+        return [attacks[k] for k in sorted(self.random.sample(range(len(attacks)), count))]
 
     def path(self, ending):
         self.files += 1
@@ -295,7 +300,7 @@ class Attacker:
         return [] if code.returncode == 3 and "merkel: " in err else [f"{protocol} at half its baud rate: {code.returncode}: {err[:300]}"]
 
     def device(self):
-        """All hostile devices of hostile_devices.py. \\returns minutes"""
+        """The hostile devices of hostile_devices.py. \\returns minutes"""
         trace, seconds, minutes = self.path(".csv"), 8, 0.0
         pathlib.Path(trace).write_text("time_s,depth_mm,force_N\n" + "".join(f"{0.004 * k:.3f},1,1\n" for k in range(5000)))
         faults = []
@@ -311,16 +316,16 @@ class Attacker:
             return self.wrong_baud(protocol, trace), (time.monotonic() - begin) / 60
 
         with concurrent.futures.ThreadPoolExecutor(4) as pool:
-            attacks = hostile_devices.opening_attacks()
+            attacks = self.some(hostile_devices.opening_attacks())
             for (name, _, _, words), ((code, _, said, _, _), its_minutes) in zip(attacks, pool.map(opening, attacks)):
                 minutes += its_minutes
                 if code != 3 or not all(word in said for word in words):
                     faults.append(f"{name}: exit code {code}: {said[:300]}")
-            for its_faults, its_minutes in pool.map(wrong_baud, ("hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber")):
+            for its_faults, its_minutes in pool.map(wrong_baud, self.some(["hbf1", "csv", "mark10", "esm", "grbl", "optoforce", "zaber"])):
                 faults += its_faults
                 minutes += its_minutes
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
-            attacks = hostile_devices.touch_attacks(self.program, trace)
+            attacks = self.some(hostile_devices.touch_attacks(self.program, trace))
             patient = "&timeout_ms=20000"  # on a busy machine, the device itself waits for a core
             runs = pool.map(lambda each: hostile_devices.run_with(self.program, each[2], each[3], each[1] + patient, self.folder, seconds,
                                                                   2 * ("busy" in each[0])), attacks)
@@ -355,7 +360,7 @@ def main():
     options = parser.parse_args()
     print(f"seed {options.seed}", file=sys.stderr)
     folder = tempfile.mkdtemp(prefix="merkel-attack-")
-    attacker, failed = Attacker(options.program, folder, options.seed), 0
+    attacker, failed = Attacker(options.program, folder, options.seed, options.sample), 0
     rows = []
     for name in options.only or ATTACKS:
         attack, attempts, what = ATTACKS[name]

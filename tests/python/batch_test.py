@@ -19,7 +19,7 @@ TRACE = "tests/traces/taps.csv"
 TIME_S = np.arange(0, 0.5, 0.001)
 PRESS = {"depth_mm": 1.5 * np.clip(TIME_S / 0.1, 0, 1), "rate_hz": 1000}
 JOBS = [{"scene": scene, "probe": "replay:" + TRACE, "seed": seed, "skin.radius_mm": radius}
-        for scene in ("goodwin", "finger") for seed in (1, 2) for radius in (7.5, 9)]
+        for scene in ("goodwin", "finger") for seed, radius in ((1, 7.5), (2, 9))]
 
 
 def half_rate(run):

@@ -256,8 +256,10 @@ print(os.waitstatus_to_exitcode(status), bridge.counters["ticks"] > 0)
             "one long run": "merkel.Scene('paper').run(probe='sim:taps?count=1000000')",
             "connections": "while True: merkel.connect(LIVE, 'paper').read(timeout_s=0.1)",
         }
-        for name, loop in loops.items():
-            for end in ("", "raise ValueError('on purpose')", "sys.exit(5)"):
+        for number, (name, loop) in enumerate(loops.items()):
+            for end_number, end in enumerate(("", "raise ValueError('on purpose')", "sys.exit(5)")):
+                if (number + end_number) % 3 and "MERKEL_FULL_SWEEPS" not in os.environ:
+                    continue
                 with self.subTest(name=name, end=end), tempfile.TemporaryDirectory(prefix="merkel-") as folder:
                     file = os.path.join(folder, "s.xdf")
                     done = run_python(f"""

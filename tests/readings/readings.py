@@ -2,7 +2,7 @@
 """What merkel makes of what a device sends: readings.py PROGRAM [--write README.md | --check README.md] [--part K/N] [--thin] [WORD]
 
 Runs the program on each case of cases.toml whose title contains WORD, or on every Nth of them from the Kth on, checks what it
-reads and says, and prints the cases as a Markdown table. --thin: of a case that is sent in two ways, one. A case has
+reads and says, and prints the cases as a Markdown table. --thin: of a case that is sent in two ways, one, and no long case. A case has
 
   title   what a device does
   sent    what it sends, as the table shows it
@@ -23,6 +23,7 @@ reads and says, and prints the cases as a Markdown table. --thin: of a case that
   zeros   true: "zeros.3" in reads is the last zero of the fourth taxel in the session, in kPa
   run     arguments instead of "run --duration-s S --json", with URI, SCENE and OUT (a file)
   seconds S, 1.5 if not set
+  long    true: ten minutes, like another case
   reads   a name and where its value is in the output of --json: {"thumb, N" = "probes.0.deepest_press.force_N"}
   values  these values, within 3 %; "≤ 15": at most that; 0: exactly
   says    sentences that it prints, as the table shows them; "…" stands for anything
@@ -360,6 +361,8 @@ def main():
     for number, case in enumerate(cases):
         table.append(row_of(case))
         if word.lower() not in case["title"].lower() or number % parts != part - 1:
+            continue
+        if thin and case.get("long"):
             continue
         ways = case.get("via", "tcp")
         ways = [ways] if isinstance(ways, str) else ways

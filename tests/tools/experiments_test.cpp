@@ -5,10 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/sweep.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_presets.hpp"
-#include "tools/studies/experiments/experiment.hpp"
+#include "tools/studies/experiments/experiment_report.hpp"
 #include "tools/studies/experiments/pressed_afferents.hpp"
 
 namespace merkel {
@@ -65,6 +67,16 @@ TEST(Experiments, SpheresOnHumanFingersAreOrderedByCurvatureAndForce) {
 
 TEST(Experiments, AFlatFingerCannotBeScannedAndTheReportSaysSo) {
   const TemporaryFolder folder;
+  const Experiment some[] = {experiments()[0], experiments()[4]};  // squares and cylinders
+  const auto report = report_experiments(some, preset_scene("paper")->model, 2,
+                                         {.folder = folder.path(""), .progress = {}});
+  ASSERT_TRUE(report) << report.error().sentence;
+  EXPECT_TRUE(has(*report, "### Raised squares and bars, scanned, not fitted")) << *report;
+  EXPECT_TRUE(has(*report, "Not possible with this scene: skin.radius_mm")) << *report;
+  const std::string figures = read_file(folder.path("experiments.csv"));
+  EXPECT_EQ(figures.find("scanned_squares"), std::string::npos) << figures;
+  EXPECT_TRUE(has(figures, "\nturned_cylinders,")) << figures;
+  if (!in_sweep(1, 2)) return;  // all of them take half a minute
   const auto run = run_program({"score", "paper", "--trials", "1", "--out", folder.path("s")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("## Whole experiments, not fitted"), std::string::npos) << run.out;

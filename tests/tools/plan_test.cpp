@@ -10,6 +10,7 @@
 
 #include "core/math/random.hpp"
 #include "core/units.hpp"
+#include "tests/sweep.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/studies/plan/plan_report.hpp"
@@ -182,9 +183,12 @@ TEST(Plan, KeepsTheBudgetInScenesDrawnAtRandom) {
 #endif
   constexpr int kScenes = 20;
   Random random(17);
+  int tried = 0;
   int near = 0;
   for (int k = 0; k < kScenes; ++k) {
     const std::string text = random_scene(random, k % 4);
+    if (!in_sweep(static_cast<std::size_t>(k), 3)) continue;
+    ++tried;
     Scene scene = scene_of(text);
     const auto plan = make_plan(scene);
     ASSERT_TRUE(plan) << text << plan.error().sentence;
@@ -198,7 +202,7 @@ TEST(Plan, KeepsTheBudgetInScenesDrawnAtRandom) {
                                found.matched, name_of_option(plan->chosen), plan->chosen.error_us(),
                                1e3 * found.rms_ms, *plan->budget_us));
   }
-  EXPECT_GE(near, 18);
+  EXPECT_GE(near, tried - 2);
 }
 
 // The coupled pair of afferents amplifies errors for as long as it fires.

@@ -36,7 +36,8 @@ int score(const ScoreCommand& command) {
                                     }}};
   if (command.data.empty() && !command.skip_experiments) {
     parts.push_back({"experiments", [&](const ReportFolder& folder) {
-                       const auto text = report_experiments(scene->model, threads, folder);
+                       const auto text =
+                           report_experiments(experiments(), scene->model, threads, folder);
                        return text ? "\n## Whole experiments, not fitted\n\n" + *text : text;
                      }});
   }

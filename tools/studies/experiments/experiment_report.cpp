@@ -5,7 +5,6 @@
 
 #include <fmt/core.h>
 
-#include "tools/studies/experiments/experiment.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
@@ -19,7 +18,8 @@ std::string accepted(const ExperimentFigure& figure) {
 
 }  // namespace
 
-Expected<std::string, SetupError> report_experiments(const TactileModel::Parameters& scene,
+Expected<std::string, SetupError> report_experiments(std::span<const Experiment> experiments,
+                                                     const TactileModel::Parameters& scene,
                                                      std::size_t threads,
                                                      const ReportFolder& folder) {
   auto figures =
@@ -32,11 +32,11 @@ Expected<std::string, SetupError> report_experiments(const TactileModel::Paramet
   if (!curves) return Unexpected<SetupError>(curves.error());
   std::string text;
   std::size_t done = 0;
-  for (const Experiment& experiment : experiments()) {
+  for (const Experiment& experiment : experiments) {
     text += fmt::format("### {}, not fitted\n\n{}. Protocol: {}.\n\n", experiment.title,
                         experiment.cite, experiment.protocol);
     const auto result = experiment.run(scene, threads);
-    folder.report(static_cast<double>(++done) / static_cast<double>(experiments().size()));
+    folder.report(static_cast<double>(++done) / static_cast<double>(experiments.size()));
     if (!result) {
       text += fmt::format("Not possible with this scene: {} {}.\n\n", result.error().key,
                           result.error().reason);
