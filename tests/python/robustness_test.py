@@ -310,7 +310,7 @@ for _ in range(5):
                 assert "fork" in str(error)
         sys.exit(7)
     _, status = os.waitpid(child, 0)
-    print(os.waitstatus_to_exitcode(status))
+    print(os.waitstatus_to_exitcode(status), flush=True)  # what waits would be the next child's too
 """)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.split(), ["7"] * 5, done.stderr)
