@@ -13,15 +13,9 @@
 #include "drivers/sinks/export_sink.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/text_sink.hpp"
 
 namespace merkel {
 namespace {
-
-template <TextSink::Form form>
-OpenedSink open_text_sink(const Uri& uri, const SinkSetup& setup) {
-  return TextSink::open(uri, uri.path, form, setup);
-}
 
 struct Scheme {
   std::string_view name;
@@ -34,8 +28,8 @@ struct Scheme {
 };
 
 constexpr Scheme kSchemes[] = {
-    {"csv", "csv:FILE", "time", open_text_sink<TextSink::Form::kCsv>, "", true},
-    {"gdf", "gdf:FILE", "time", open_text_sink<TextSink::Form::kGdf>, "", true},
+    {"csv", "csv:FILE", "time", open_csv_sink, "", true},
+    {"gdf", "gdf:FILE", "time", open_gdf_sink, "", true},
     {"trace", "trace:FILE.csv", "time", open_trace_sink, "", true},
     {"phy", "phy:DIR", "sample_rate (1000000), time", open_phy_sink, "", true, true},
     {"sonata", "sonata:FILE.h5", "population (merkel), time",

@@ -14,6 +14,13 @@ using OpenedSink = Expected<std::unique_ptr<Sink>, SetupError>;
 // the library. All except the session sink are defined only if their library was found
 // (sinks.cmake).
 
+/// Spikes as CSV, `time_s,neuron` with this line as its first, exact to the nanosecond, with
+/// neurons from 1: FILE. Options: time.
+[[nodiscard]] OpenedSink open_csv_sink(const Uri& uri, const SinkSetup& setup);
+
+/// The same as NEST's GDF: neuron, tab, time in ms; no header.
+[[nodiscard]] OpenedSink open_gdf_sink(const Uri& uri, const SinkSetup& setup);
+
 /// Open Ephys Event Broadcaster messages over ZeroMQ: tcp://HOST:PORT, ipc://FILE.
 /// Options: topic (follows the type in a message's first part), stream (name in the JSON; default:
 /// the scene's), hwm (messages queued for a slow subscriber), when_full (drop: further ones

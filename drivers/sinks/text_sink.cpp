@@ -1,69 +1,71 @@
 #include "drivers/sinks/text_sink.hpp"
 
-#include <array>
-#include <charconv>
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
 
 namespace merkel {
 
-namespace {
-
-void append_number(std::string& text, std::uint32_t number) {
-  std::array<char, 16> digits{};
-  text.append(digits.data(),
-              std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
-}
-
-}  // namespace
-
-TextSink::TextSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time)
+TextSink::TextSink(std::string uri, OutputFile file, TimeFile time_file, TimeBase time, Form form)
     : FileSink(std::move(uri), std::move(file)),
       time_file_(std::move(time_file)),
-      form_(form),
-      time_(time) {}
+      time_(time),
+      form_(std::move(form)) {}
 
-Expected<std::unique_ptr<Sink>, SetupError> TextSink::open(const Uri& uri, const std::string& path,
-                                                           Form form, const SinkSetup& setup) {
+OpenedSink TextSink::open(const Uri& uri, const SinkSetup& setup, Form form) {
   UriOptions options(uri);
   const TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto file = OutputFile::create(path, setup.overwrite, setup.notice);
+  auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
   if (!file) return Unexpected<SetupError>(file.error());
   auto time_file = TimeFile::beside(*file, setup);
   if (!time_file) return Unexpected<SetupError>(time_file.error());
   return std::unique_ptr<Sink>(
-      new TextSink(uri.text, std::move(*file), std::move(*time_file), form, time));
+      new TextSink(uri.text, std::move(*file), std::move(*time_file), time, std::move(form)));
 }
 
 Expected<void, SinkError> TextSink::start(const RunOrigin& origin) {
   time_.set(origin);
   if (!time_file_.write(time_)) return Unexpected<SinkError>({.sentence = time_file_.error()});
-  // Neither form has comments: readers differ in what they make of them. Neo, for one, takes the
-  // times of a GDF file for whole numbers if its first line has no ".".
-  const bool written = form_ == Form::kGdf || file().write("time_s,neuron\n");
+  const bool written = file().write(form_.head);
   file().end_header();
   return settle(written);
 }
 
 Expected<void, SinkError> TextSink::write(const RecordBatch& batch) {
   if (auto started = begin({}); !started) return started;
-  rows_.clear();
-  for (const SpikeEvent& spike : batch.spikes) {
-    const std::uint32_t neuron = spike.neuron;
-    if (form_ == Form::kCsv) {
-      append_seconds(rows_, time_(spike.time));
-      rows_ += ',';
-      append_number(rows_, neuron);
-    } else {
-      append_number(rows_, neuron);
-      rows_ += '\t';
-      append_milliseconds(rows_, time_(spike.time));
+  lines_.clear();
+  const std::size_t spikes = form_.append(lines_, batch, time_);
+  if (lines_.empty()) return {};
+  return settle(file().write(lines_) && (!form_.at_once || file().flush()), spikes);
+}
+
+OpenedSink open_csv_sink(const Uri& uri, const SinkSetup& setup) {
+  const auto append = [](std::string& lines, const RecordBatch& batch, const TimeBase& time) {
+    for (const SpikeEvent& spike : batch.spikes) {
+      append_seconds(lines, time(spike.time));
+      lines.append(",").append(std::to_string(spike.neuron)).append("\n");
     }
-    rows_ += '\n';
-  }
-  return settle(file().write(rows_), batch.spikes.size());
+    return batch.spikes.size();
+  };
+  return TextSink::open(
+      uri, setup,
+      {.head = "time_s,neuron\n", .kinds = kKinds<SpikeEvent>, .at_once = false, .append = append});
+}
+
+OpenedSink open_gdf_sink(const Uri& uri, const SinkSetup& setup) {
+  const auto append = [](std::string& lines, const RecordBatch& batch, const TimeBase& time) {
+    for (const SpikeEvent& spike : batch.spikes) {
+      lines.append(std::to_string(spike.neuron)).append("\t");
+      append_milliseconds(lines, time(spike.time));
+      lines.append("\n");
+    }
+    return batch.spikes.size();
+  };
+  // Without a comment: readers differ in what they make of one. Neo, for one, takes the times of a
+  // GDF file for whole numbers if its first line has no ".".
+  return TextSink::open(
+      uri, setup, {.head = "", .kinds = kKinds<SpikeEvent>, .at_once = false, .append = append});
 }
 
 }  // namespace merkel

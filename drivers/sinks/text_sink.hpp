@@ -1,43 +1,47 @@
 #pragma once
 
-#include <memory>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <string>
 
 #include "core/expected.hpp"
 #include "drivers/sink_setup.hpp"
 #include "drivers/sinks/file_sink.hpp"
+#include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/time_base.hpp"
 #include "drivers/sinks/time_file.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// Writes spikes as lines of text, exact to the nanosecond, with neurons from 1. The file has one
-/// form after every run; the conversion of its times to the probe's is in the file beside it
-/// (TimeFile).
+/// Writes records as lines of text. The file has one form after every run; the conversion of its
+/// times to the probe's is in the file beside it (TimeFile).
 class TextSink final : public FileSink {
  public:
-  enum class Form {
-    kCsv,  ///< `time_s,neuron`, with this line as its first
-    kGdf,  ///< NEST's: neuron, tab, time in ms; no header
+  struct Form {
+    std::string head;     ///< the first lines
+    std::uint32_t kinds;  ///< of records (kKinds)
+    bool at_once;         ///< each batch is written out
+    /// Appends the lines of a batch. \return the number of its spikes
+    std::function<std::size_t(std::string& lines, const RecordBatch& batch, const TimeBase& time)>
+        append;
   };
 
-  /// \param path  a file, "-" for the standard output, or a device. Options: time
-  [[nodiscard]] static Expected<std::unique_ptr<Sink>, SetupError> open(const Uri& uri,
-                                                                        const std::string& path,
-                                                                        Form form,
-                                                                        const SinkSetup& setup);
+  /// Opens FILE, "-" for the standard output, or a device. Options: time
+  [[nodiscard]] static OpenedSink open(const Uri& uri, const SinkSetup& setup, Form form);
 
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return form_.kinds; }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override;
 
  private:
-  TextSink(std::string uri, OutputFile file, TimeFile time_file, Form form, TimeBase time);
+  TextSink(std::string uri, OutputFile file, TimeFile time_file, TimeBase time, Form form);
   [[nodiscard]] Expected<void, SinkError> start(const RunOrigin& origin) override;
 
   TimeFile time_file_;
-  Form form_;
   TimeBase time_;
-  std::string rows_;
+  Form form_;
+  std::string lines_;
 };
 
 }  // namespace merkel
