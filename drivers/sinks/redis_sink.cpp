@@ -44,12 +44,9 @@ class StreamWriter {
 
   /// \param patience  for the connection
   Expected<void, SetupError> connect(milliseconds patience) {
-    auto made = connect_to_redis(uri_, allow_remote_, patience);
+    auto made = connect_to_redis(uri_, allow_remote_, patience, patience_);
     if (!made) return Unexpected<SetupError>(made.error());
     connection_ = std::move(*made);
-    const timeval reply{.tv_sec = patience_.count() / 1000,
-                        .tv_usec = patience_.count() % 1000 * 1000};
-    redisSetTimeout(connection_.get(), reply);
     return {};
   }
   /// Discards what waits.

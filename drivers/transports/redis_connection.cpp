@@ -7,10 +7,18 @@
 #include "drivers/transports/host_name.hpp"
 
 namespace merkel {
+namespace {
+
+timeval timeval_of(std::chrono::milliseconds time) {
+  return {.tv_sec = time.count() / 1000, .tv_usec = time.count() % 1000 * 1000};
+}
+
+}  // namespace
+
 Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allow_remote,
-                                                       std::chrono::milliseconds patience) {
-  const timeval timeout{.tv_sec = patience.count() / 1000,
-                        .tv_usec = patience.count() % 1000 * 1000};
+                                                       std::chrono::milliseconds patience,
+                                                       std::chrono::milliseconds reply_patience) {
+  const timeval timeout = timeval_of(patience);
   RedisConnection connection;
   std::string start = "redis-server --unixsocket " + uri.path;
   if (uri.path.starts_with('/')) {
@@ -31,7 +39,7 @@ Expected<RedisConnection, SetupError> connect_to_redis(const Uri& uri, bool allo
                        (connection ? connection->errstr : "out of memory") + "): start it with " +
                        start);
   }
-  redisSetTimeout(connection.get(), timeout);
+  redisSetTimeout(connection.get(), timeval_of(reply_patience));
   return connection;
 }
 

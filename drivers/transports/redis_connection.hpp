@@ -22,9 +22,11 @@ using RedisReply = std::unique_ptr<redisReply, FreeRedisReply>;
 
 /// Connects to a server at HOST:PORT, or at the socket with that absolute path.
 /// \param allow_remote  the server may be on another machine
-/// \param patience  for the connection, and for each of its replies
+/// \param patience  for the connection
+/// \param reply_patience  for each of its replies
 [[nodiscard]] Expected<RedisConnection, SetupError> connect_to_redis(
     const Uri& uri, bool allow_remote,
-    std::chrono::milliseconds patience = std::chrono::milliseconds{1000});
+    std::chrono::milliseconds patience = std::chrono::milliseconds{1000},
+    std::chrono::milliseconds reply_patience = std::chrono::milliseconds{1000});
 
 }  // namespace merkel

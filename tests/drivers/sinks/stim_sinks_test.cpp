@@ -448,7 +448,11 @@ TEST_F(RedisSinkTest, SamplesSpikesAndCountsAreNumbersInTheirBytes) {
                                           {.time = milliseconds{12}, .neuron = 3}};
   const std::vector<TickRecord> ticks = {{.time = milliseconds{20}}, {.time = milliseconds{40}}};
   ASSERT_TRUE((*sink)->write({.samples = samples, .spikes = spikes, .ticks = ticks}));
+  ASSERT_TRUE((*sink)->write({.ticks = ticks}));
   EXPECT_EQ((*sink)->delivered(), 5U);
+  for (const char* const stream : {"samples", "samples_1", "spikes"}) {
+    EXPECT_EQ(RedisServer::cli("xlen stimulator_" + std::string(stream)), "1\n") << stream;
+  }
 
   const auto entries = [](const std::string& stream) {
     return RedisServer::cli("xrange stimulator_" + stream + " - +");
@@ -458,6 +462,7 @@ TEST_F(RedisSinkTest, SamplesSpikesAndCountsAreNumbersInTheirBytes) {
                               bytes_of(3 * ms, 5 * ms) + "\ndepth_mm\n" + bytes_of(0.25, 0.5) +
                               "\nforce_N\n" + bytes_of(0.05, 0.1) + "\n"))
       << first;
+  EXPECT_EQ(first.find("\nsync\n") - first.find("\nts\n"), 12U) << "its time is of 8 bytes";
   const std::string second = entries("samples_1");
   EXPECT_TRUE(second.ends_with("sync\n{\"merkel_time_ns\":4000000}\ntime_ns\n" + bytes_of(4 * ms) +
                                "\nx_mm\n" + bytes_of(3.0) + "\ny_mm\n" + bytes_of(4.0) + "\n"))
@@ -580,13 +585,22 @@ TEST_F(RedisSinkTest, AServerThatAnswersWithinTheWatchdogIsNotAway) {
   ASSERT_TRUE(sink) << sink.error().sentence;
   server_->signal(SIGSTOP);
   std::thread later([this] {
-    std::this_thread::sleep_for(milliseconds{200});
+    std::this_thread::sleep_for(milliseconds{1500});  // longer than to connect
     server_->signal(SIGCONT);
   });
   EXPECT_TRUE((*sink)->write({.sent = commands()}));
   later.join();
   EXPECT_FALSE((*sink)->interrupted());
   EXPECT_EQ(RedisServer::cli("xlen stimulator"), "1\n");
+}
+
+TEST_F(RedisSinkTest, AServerThatStallsIsAwayAfterTheWatchdog) {
+  const auto sink = open_sink(RedisServer::uri(), stim_setup());
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  server_->signal(SIGSTOP);
+  EXPECT_TRUE((*sink)->write({.sent = commands()}));
+  EXPECT_TRUE((*sink)->interrupted());
+  server_->signal(SIGCONT);
 }
 
 TEST_F(RedisSinkTest, AnInterruptionThatIsOverIsReportedOnceMoreToTheGate) {
@@ -597,11 +611,11 @@ TEST_F(RedisSinkTest, AnInterruptionThatIsOverIsReportedOnceMoreToTheGate) {
   const std::vector<SpikeEvent> spikes = {{.time = milliseconds{5}, .neuron = 1}};
   for (std::size_t times = 1; times <= 2; ++times) {
     server_->stop();
-    ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+    for (int k = 0; k < 2; ++k) ASSERT_TRUE((*sink)->write({.spikes = spikes}));
     ASSERT_EQ(run.notices.size(), 2 * times - 1);
     server_ = std::make_unique<RedisServer>();
     for (int k = 0; k < 500 && run.notices.size() < 2 * times; ++k) {
-      ASSERT_TRUE((*sink)->write({}));
+      ASSERT_TRUE((*sink)->write({.spikes = spikes}));
       std::this_thread::sleep_for(milliseconds{20});
     }
     ASSERT_EQ(run.notices.size(), 2 * times);
