@@ -72,22 +72,24 @@ class FieldReach {
     const double inside_mm =
         0.5 * grid_.pixel_mm * static_cast<double>(std::min(grid_.columns, grid_.rows) - 3);
     double radius_mm = 0.0;
+    double farthest_mm2 = -1.0;  // none
     for (std::size_t t = 0; t < 2; ++t) {
       if (blend.weight[t] == 0.0) continue;
       const std::vector<double>& energies = energies_kPa_[blend.lower + t];
       for (std::size_t i = 0; i < energies.size(); ++i) {
         if (!(energies[i] > per_depth2)) continue;
-        // A node acts as far as its neighbours.
         const double x = grid_.x_mm(i % grid_.columns);
         const double y = grid_.y_mm(i / grid_.columns);
-        radius_mm = std::max(radius_mm, std::hypot(x, y) + grid_.pixel_mm);
+        farthest_mm2 = std::max(farthest_mm2, x * x + y * y);
         mark(x, y, from_mm);
       }
       const double force = tip_.tables().tables[blend.lower + t].force_mN_per_mm;
       const double load_mm = force > 0.0 ? far_.reach_mm(per_depth2 / (force * force)) : 0.0;
       if (load_mm > inside_mm) radius_mm = std::max(radius_mm, load_mm);
     }
-    return radius_mm;
+    // A node acts as far as its neighbours.
+    return farthest_mm2 >= 0.0 ? std::max(radius_mm, std::sqrt(farthest_mm2) + grid_.pixel_mm)
+                               : radius_mm;
   }
 
   [[nodiscard]] const ReachMask& mask() const noexcept { return mask_; }
