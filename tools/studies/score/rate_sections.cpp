@@ -1,4 +1,5 @@
 // Sections with rates or declines, compared with the model point by point.
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -57,28 +58,47 @@ std::vector<double> series(const Json& values, const std::string& field, std::si
   return numbers;
 }
 
-void read_curvature_force(JsonFields fields, const std::string& cite, Recordings& recordings) {
-  const std::vector<double> curvature = fields.numbers("curvature_per_m");
-  Stimulus base;
-  read_timing(fields, base);
+namespace {
+
+/// A data set for each level of a hold, with a point for each x.
+/// \param set  its name gets the level
+void read_levels(JsonFields& fields, const Stimulus& base, const DataSet& set,
+                 const std::vector<double>& x, const std::function<void(Stimulus&, double)>& put,
+                 Recordings& recordings) {
   for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
     const std::string field = fields.full("rate_hz." + key);
     Stimulus stimulus = base;
     set_level(stimulus, key, field);
-    DataSet set{.name = "curvature × force, " + level_name(stimulus),
-                .section = "curvature_force",
-                .x_name = "curvature_per_m",
-                .y_name = "rate_hz",
-                .cite = cite,
-                .points = {}};
-    const auto rates = series(values, field, curvature.size(), "curvature_per_m");
+    DataSet& own = recordings.sets.emplace_back(set);
+    own.name += ", " + level_name(stimulus);
+    const auto rates = series(values, field, x.size(), set.x_name);
     for (std::size_t i = 0; i < rates.size(); ++i) {
-      stimulus.indenter.tip = SphereTip{radius_of_curvature_mm(curvature[i])};
-      set.points.push_back({.x = curvature[i], .measured = rates[i], .stimulus = stimulus});
+      put(stimulus, x[i]);
+      own.points.push_back({.x = x[i], .measured = rates[i], .stimulus = stimulus});
     }
-    recordings.sets.push_back(std::move(set));
   }
   fields.finish();
+}
+
+}  // namespace
+
+void read_curvature_force(JsonFields fields, const std::string& cite, Recordings& recordings) {
+  const std::vector<double> curvature = fields.numbers("curvature_per_m");
+  Stimulus base;
+  read_timing(fields, base);
+  read_levels(
+      fields, base,
+      {.name = "curvature × force",
+       .section = "curvature_force",
+       .x_name = "curvature_per_m",
+       .y_name = "rate_hz",
+       .cite = cite,
+       .points = {}},
+      curvature,
+      [](Stimulus& stimulus, double per_m) {
+        stimulus.indenter.tip = SphereTip{radius_of_curvature_mm(per_m)};
+      },
+      recordings);
 }
 
 void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings& recordings) {
@@ -94,25 +114,15 @@ void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings&
     }
     base.offset_across = direction == "across";
   }
-  for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
-    const std::string field = fields.full("rate_hz." + key);
-    Stimulus stimulus = base;
-    set_level(stimulus, key, field);
-    DataSet set{
-        .name = "lateral offset, " + shortest_decimal(curvature) + " /m, " + level_name(stimulus),
-        .section = "lateral_offset",
-        .x_name = "offset_mm",
-        .y_name = "rate_hz",
-        .cite = cite,
-        .points = {}};
-    const auto rates = series(values, field, offset.size(), "offset_mm");
-    for (std::size_t i = 0; i < rates.size(); ++i) {
-      stimulus.offset_mm = offset[i];
-      set.points.push_back({.x = offset[i], .measured = rates[i], .stimulus = stimulus});
-    }
-    recordings.sets.push_back(std::move(set));
-  }
-  fields.finish();
+  read_levels(
+      fields, base,
+      {.name = "lateral offset, " + shortest_decimal(curvature) + " /m",
+       .section = "lateral_offset",
+       .x_name = "offset_mm",
+       .y_name = "rate_hz",
+       .cite = cite,
+       .points = {}},
+      offset, [](Stimulus& stimulus, double mm) { stimulus.offset_mm = mm; }, recordings);
 }
 
 double read_bars(JsonFields& fields, Indenter& indenter) {
@@ -169,25 +179,17 @@ void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& re
   Stimulus base;
   const double middle_mm = read_bars(fields, base.indenter);
   read_timing(fields, base);
-  for (const auto& [key, values] : series_of(fields, "rate_hz").items()) {
-    const std::string field = fields.full("rate_hz." + key);
-    Stimulus stimulus = base;
-    set_level(stimulus, key, field);
-    DataSet set{.name = "bar profile, " + level_name(stimulus),
-                .section = "bar_profile",
-                .x_name = "position_mm",
-                .y_name = "rate_hz",
-                .cite = cite,
-                .points = {}};
-    const auto rates = series(values, field, position.size(), "position_mm");
-    for (std::size_t i = 0; i < rates.size(); ++i) {
-      // For an afferent at a position under the bars, the bars are shifted the opposite way.
-      stimulus.offset_mm = middle_mm - position[i];
-      set.points.push_back({.x = position[i], .measured = rates[i], .stimulus = stimulus});
-    }
-    recordings.sets.push_back(std::move(set));
-  }
-  fields.finish();
+  // For an afferent at a position under the bars, the bars are shifted the opposite way.
+  read_levels(
+      fields, base,
+      {.name = "bar profile",
+       .section = "bar_profile",
+       .x_name = "position_mm",
+       .y_name = "rate_hz",
+       .cite = cite,
+       .points = {}},
+      position, [&](Stimulus& stimulus, double mm) { stimulus.offset_mm = middle_mm - mm; },
+      recordings);
 }
 
 void read_vibration(JsonFields fields, const std::string& cite, Recordings& recordings) {
