@@ -12,8 +12,9 @@ namespace merkel {
 inline constexpr double kRunaway_mV = 1e4;
 
 /// Whether V rose through the threshold within a step. Real-time: yes.
-[[nodiscard]] inline bool crosses_upward(double V_before_mV, double V_after_mV,
-                                         double threshold_mV) noexcept MERKEL_REALTIME {
+template <class Real>
+[[nodiscard]] bool crosses_upward(Real V_before_mV, Real V_after_mV,
+                                  Real threshold_mV) noexcept MERKEL_REALTIME {
   return V_before_mV < threshold_mV && V_after_mV >= threshold_mV;
 }
 
@@ -55,7 +56,7 @@ void observe_step(const StepCall& call, int step, std::size_t i, std::size_t cou
     if (!(std::fabs(after[lane]) < static_cast<Real>(kRunaway_mV))) {
       rest(neuron);
       if (neuron < call.last) call.observer->reset(neuron, step);
-    } else if (before[lane] < threshold_mV && after[lane] >= threshold_mV && neuron < call.last) {
+    } else if (crosses_upward(before[lane], after[lane], threshold_mV) && neuron < call.last) {
       call.observer->spiked(neuron, step, crossing(lane));
     }
   }

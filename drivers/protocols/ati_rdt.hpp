@@ -19,6 +19,5 @@ namespace merkel {
 [[nodiscard]] std::unique_ptr<SimulatedDevice> make_ati_rdt_device(std::uint32_t channels);
 
 inline constexpr std::size_t kAtiRecordBytes = 36;
-inline constexpr std::uint16_t kAtiPort = 49152;
 
 }  // namespace merkel

@@ -34,6 +34,5 @@ struct Unit {
 inline constexpr std::string_view kForceUnits = "N, mN, kN, lbF, ozF, kgF, gF";
 inline constexpr std::string_view kLengthUnits = "mm, um, m, in";
 inline constexpr std::string_view kPressureUnits = "kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg";
-inline constexpr std::string_view kElectricalUnits = "V, mV, uV, count";
 
 }  // namespace merkel

@@ -15,8 +15,7 @@ inline constexpr std::array<DeviceChannel, 8> kHbf1Kinds = {
     DeviceChannel::kForce, DeviceChannel::kForceX, DeviceChannel::kForceY, DeviceChannel::kForceZ,
     DeviceChannel::kDepth, DeviceChannel::kX,      DeviceChannel::kY,      DeviceChannel::kZ};
 inline constexpr std::uint8_t kHbf1FirstLength = 4;  ///< kinds below it are forces
-inline constexpr std::uint8_t kHbf1Other = 9;        ///< not used; 8 is a temperature
-inline constexpr std::uint8_t kHbf1Pressure = 10;    ///< always has a name
+inline constexpr std::uint8_t kHbf1Pressure = 10;    ///< always has a name; 8, 9: not used
 inline constexpr std::uint8_t kHbf1LastKind = 10;
 
 inline constexpr std::uint8_t kHbf1Raw = 0;
