@@ -362,7 +362,8 @@ TEST(Stimulation, ADoubtedProbeSuspendsItsElectrodesAndTheyRiseFromZeroAfterward
 /// A device that presses, sends a backlog at first, and dies.
 class DyingDevice final : public Probe {
  public:
-  DyingDevice() {
+  /// \param samples  the first 800 of them at once
+  explicit DyingDevice(int samples = 1400) : left_(samples) {
     info_.uri = "dying:";
     info_.channels = ProbeSample::kDepth;
     info_.period = milliseconds{1};
@@ -372,7 +373,7 @@ class DyingDevice final : public Probe {
     readings.clear();
     std::this_thread::sleep_for(milliseconds{1});
     if (next_ == nanoseconds{0}) next_ = host_now() - milliseconds{800};
-    for (; next_ <= host_now() && readings.room() > 0 && sent_ < 1400; next_ += kTick, ++sent_) {
+    for (; next_ <= host_now() && readings.room() > 0 && left_ > 0; next_ += kTick, --left_) {
       readings.add_sample(
           {.time = next_, .arrival = host_now(), .depth_mm = 1.5, .channels = ProbeSample::kDepth});
     }
@@ -383,7 +384,7 @@ class DyingDevice final : public Probe {
  private:
   ProbeInfo info_;
   nanoseconds next_{0};
-  int sent_ = 0;
+  int left_;
 };
 
 /// Takes commands as a receiver that acts on them.
@@ -394,9 +395,11 @@ class ReceiverSink final : public Sink {
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SentCommand>;
   }
-  /// Calls a function once after so many commands that are on.
-  void after_on(int commands, std::function<void()> call) {
+  /// Calls a function once after so many commands of a kind.
+  void after(int commands, std::function<bool(const StimulationCommand&)> of_kind,
+             std::function<void()> call) {
     left_ = commands;
+    of_kind_ = std::move(of_kind);
     call_ = std::move(call);
   }
   Expected<void, SinkError> write(const RecordBatch& batch) override {
@@ -404,7 +407,7 @@ class ReceiverSink final : public Sink {
       const StimulationCommand& command = sent.command;
       EXPECT_EQ(sent.valid_until - sent.sent, milliseconds{100});
       received_.push_back(command);
-      if (command.amplitude_uA > 0.0 && --left_ == 0) call_();
+      if (left_ > 0 && of_kind_(command) && --left_ == 0) call_();
     }
     return {};
   }
@@ -414,6 +417,7 @@ class ReceiverSink final : public Sink {
   std::vector<StimulationCommand>& received_;
   std::string uri_ = "receiver:";
   int left_ = 0;
+  std::function<bool(const StimulationCommand&)> of_kind_;
   std::function<void()> call_;
 };
 
@@ -459,17 +463,23 @@ TEST(Stimulation, AStopByHandReachesEveryReceiverAndHoldsUntilTheEnd) {
   std::vector<std::string> notices;
   Pipeline pipeline(model,
                     {.delay = milliseconds{20},
-                     .duration = milliseconds{1500},
                      .encoder = &encoder,
                      .on_notice = [&](const std::string& notice) { notices.push_back(notice); }});
-  pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
+  pipeline.add_probe(std::make_unique<DyingDevice>(200'000),
+                     {.stale_after = std::chrono::seconds{100}});
   std::vector<StimulationCommand> received;
   std::vector<StimulationCommand> also_received;
   auto stopper = std::make_unique<ReceiverSink>(received);
-  stopper->after_on(20,
-                    [&pipeline] { pipeline.stimulation().stop(StimulationSwitch::By::kProgram); });
+  stopper->after(
+      20, [](const auto& command) { return command.amplitude_uA > 0.0; },
+      [&pipeline] { pipeline.stimulation().stop(StimulationSwitch::By::kProgram); });
   pipeline.add_sink(std::move(stopper));
-  pipeline.add_sink(std::make_unique<ReceiverSink>(also_received));
+  // The run ends some commands after the stop, however slow the machine is.
+  auto ender = std::make_unique<ReceiverSink>(also_received);
+  ender->after(
+      20, [](const auto& command) { return command.stop == Stop::kStopped; },
+      [&pipeline] { pipeline.request_stop(); });
+  pipeline.add_sink(std::move(ender));
   const auto report = pipeline.run();
   ASSERT_TRUE(report) << report.error().sentence;
   for (const auto* each : {&received, &also_received}) {

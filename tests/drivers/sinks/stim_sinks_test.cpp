@@ -613,12 +613,15 @@ TEST_F(RedisSinkTest, AnInterruptionThatIsOverIsReportedOnceMoreToTheGate) {
     server_->stop();
     for (int k = 0; k < 2; ++k) ASSERT_TRUE((*sink)->write({.spikes = spikes}));
     ASSERT_EQ(run.notices.size(), 2 * times - 1);
+    EXPECT_FALSE(has(run.notices.back(), "it failed ()")) << run.notices.back();
+    EXPECT_EQ((*sink)->delivered(), times - 1);
     server_ = std::make_unique<RedisServer>();
     for (int k = 0; k < 500 && run.notices.size() < 2 * times; ++k) {
       ASSERT_TRUE((*sink)->write({.spikes = spikes}));
       std::this_thread::sleep_for(milliseconds{20});
     }
     ASSERT_EQ(run.notices.size(), 2 * times);
+    EXPECT_EQ((*sink)->delivered(), times);  // those that came when it answered again
     EXPECT_TRUE((*sink)->interrupted());
     EXPECT_FALSE((*sink)->interrupted());
     const std::string first = RedisServer::cli("xrange stimulator - + count 1");
@@ -667,8 +670,9 @@ TEST_F(RedisSinkTest, ConnectsAgainWithGrowingPausesOfAtMostASecond) {
   ASSERT_TRUE((*sink)->write({.sent = commands()}));
   const HangingUp other(RedisServer::port());
   ASSERT_TRUE(other.bound());
+  const std::vector<SpikeEvent> spikes = {{.time = milliseconds{5}, .neuron = 1}};
   while (other.count < 6) {
-    ASSERT_TRUE((*sink)->write({.sent = commands()}));
+    ASSERT_TRUE((*sink)->write({.spikes = spikes, .sent = commands()}));
     std::this_thread::sleep_for(milliseconds{1});
   }
   const auto took = std::chrono::steady_clock::now() - begin;
