@@ -325,7 +325,7 @@ def fault_of(expected, words, code, summary, said, spikes):
     if summary is None:
         return f"exit code {code}: {said[:300]}"
     if missing := [word for word in words if word not in said]:
-        return f"the program did not say {missing}: {said[:300]}"
+        return f"the program did not say {missing}: {said[:3000]}"
     if not spikes:
         return "no spikes"
     if expected == "silent":

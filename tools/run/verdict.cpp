@@ -290,7 +290,7 @@ class RunChecks {
            {"remedy", kDamaged}});
     }
     if (device.age_ms > kOld_ms) {
-      add(Severity::kLoss, 0.0, "bursts",
+      add(Severity::kLoss, 1.0, "bursts",  // of all samples: the cause of held and released ticks
           {{"uri", probe.uri},
            {"largest_batch", device.largest_batch},
            {"age_ms", device.age_ms},
