@@ -625,7 +625,7 @@ TEST_F(RedisSinkTest, AnInterruptionThatIsOverIsReportedOnceMoreToTheGate) {
     EXPECT_TRUE((*sink)->interrupted());
     EXPECT_FALSE((*sink)->interrupted());
     const std::string first = RedisServer::cli("xrange stimulator - + count 1");
-    EXPECT_TRUE(has(first, "heartbeat\n0\n")) << first;  // there was no update yet
+    EXPECT_TRUE(has(first, "time_ns\n0\nheartbeat\n0\n")) << first;  // no tick, no update yet
   }
 }
 
@@ -701,6 +701,8 @@ TEST(RedisSink, RefusesWithHowToWriteIt) {
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:1"), "start it with redis-server --port 1"));
   EXPECT_TRUE(has(refusal("redis:192.0.2.1:6379"), "--allow-remote"));
   EXPECT_TRUE(has(refusal("redis:127.0.0.1:6379?node=a%20b"), "the option node must have"));
+  EXPECT_TRUE(has(refusal("redis:127.0.0.1:1?maxlen=0"), "maxlen"));
+  EXPECT_TRUE(has(refusal("redis:127.0.0.1:1?maxlen=1"), "start it with redis-server --port 1"));
   const std::string node = "redis:127.0.0.1:1?node=";
   EXPECT_TRUE(has(refusal(node + std::string(64, 'a')), "start it with redis-server --port 1"));
   EXPECT_TRUE(has(refusal(node + std::string(65, 'a')), "the option node must have"));
