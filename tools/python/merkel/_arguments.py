@@ -13,7 +13,7 @@ KINDS = {
     "int": ("a whole number from 0 on", lambda value: hasattr(value, "__index__") and operator.index(value) >= 0),
     "bool": ("True or False", lambda value: isinstance(value, bool)),
     "str": ("a text", lambda value: isinstance(value, str)),
-    "List[str]": ("a list of texts", lambda value: not isinstance(value, str) and hasattr(value, "__iter__")
+    "list[str]": ("a list of texts", lambda value: not isinstance(value, str) and hasattr(value, "__iter__")
                   and all(isinstance(each, str) for each in value)),
     "os.PathLike": ("a path", lambda value: isinstance(value, (str, bytes)) or hasattr(value, "__fspath__")),
 }
@@ -24,7 +24,8 @@ class Parameter:
         name, _, kind = text.partition(" = ")[0].partition(": ")
         self.name, self.needed = name, " = " not in text
         optional = re.fullmatch(r"Optional\[(.*)\]", kind)
-        self.words, self.fits = KINDS.get(optional.group(1) if optional else kind, ("", lambda value: True))
+        kind = (optional.group(1) if optional else kind).replace("List[", "list[")  # pybind11 before 2.12
+        self.words, self.fits = KINDS.get(kind, ("", lambda value: True))
         if optional:
             self.words, fits = self.words + " or None", self.fits
             self.fits = lambda value: value is None or fits(value)

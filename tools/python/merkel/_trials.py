@@ -108,7 +108,7 @@ def _segments(recordings):
         yield recordings
     elif hasattr(recordings, "segments"):
         yield from recordings.segments
-    elif isinstance(recordings, (list, tuple)):
+    elif isinstance(recordings, (list, tuple)) or type(recordings).__name__ == "ObjectList":  # Neo 0.14
         for each in recordings:
             yield from _segments(each)
     else:

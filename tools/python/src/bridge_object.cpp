@@ -169,6 +169,7 @@ void BridgeObject::set_drive(const std::string& electrode, double amplitude,
       run_->scene.encoding.own_drive(electrode, amplitude, frequency.value_or(amplitude));
   if (!drive) throw Error(drive.error());
   if (!pipeline_->give_drive(*drive)) {
+    wait_if_exiting();
     throw Error("the run takes no drives now: it is over, or its probe has sent nothing yet");
   }
 }
@@ -192,8 +193,12 @@ bool BridgeObject::started(nanoseconds patience) {
 void BridgeObject::mark(const std::string& label) {
   nanoseconds time{0};
   {
-    const std::lock_guard lock(mutex_);
-    if (over_) throw Error("the run is over: there is nothing to mark");
+    std::unique_lock lock(mutex_);
+    if (over_) {
+      lock.unlock();
+      wait_if_exiting();
+      throw Error("the run is over: there is nothing to mark");
+    }
     if (!newest_) {
       throw Error(
           "the run has not simulated its first tick within 10 s: see Bridge.notices for a probe that "

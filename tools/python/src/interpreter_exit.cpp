@@ -18,12 +18,14 @@ std::mutex runs_mutex;  ///< guards the next two
 std::list<std::function<void()>> runs;
 bool runs_ended = false;
 
-std::atomic<int> asking{0};  ///< threads that ask for the GIL
+std::atomic<int> asking{0};       ///< threads that ask for the GIL
+std::atomic<bool> ending{false};  ///< the runs
 std::atomic<bool> exiting{false};
-pthread_t exiting_thread;  ///< written before `exiting`
+pthread_t exiting_thread;  ///< written before the two
 
 void end_runs() {
   exiting_thread = ::pthread_self();
+  ending.store(true);
   const pybind11::gil_scoped_release no_gil;
   {
     const std::scoped_lock lock(runs_mutex);
@@ -64,6 +66,12 @@ void before_gil() noexcept {
 }
 
 void after_gil() noexcept { asking.fetch_sub(1); }
+
+void wait_if_exiting() {
+  if (!ending.load() || ::pthread_equal(exiting_thread, ::pthread_self()) != 0) return;
+  if (PyGILState_Check() != 0) PyEval_SaveThread();
+  wait_for_exit();
+}
 
 void wait_for_exit() noexcept {
   while (true) ::pause();

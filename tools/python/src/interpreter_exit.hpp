@@ -36,6 +36,11 @@ void after_gil() noexcept;
 /// Waits until the process ends.
 [[noreturn]] void wait_for_exit() noexcept;
 
+/// Before an error that a run's end causes. Does not return while the interpreter ends the runs,
+/// except in the thread that does: a daemon thread would write its traceback while the interpreter
+/// takes standard error from it, which ends the process. With or without the GIL.
+void wait_if_exiting();
+
 /// Gives the GIL back for its lifetime.
 class GilRelease {
  public:
