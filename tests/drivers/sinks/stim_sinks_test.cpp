@@ -72,6 +72,7 @@ TEST(StimCsvSink, WritesOneRowACommand) {
     ASSERT_TRUE(sink) << sink.error().sentence;
     EXPECT_FALSE((*sink)->takes<SpikeEvent>());
     ASSERT_TRUE((*sink)->write({.sent = commands()}));
+    EXPECT_EQ((*sink)->delivered(), 0U);  // no spike
     ASSERT_TRUE((*sink)->close());
   }
   std::ifstream file(path);

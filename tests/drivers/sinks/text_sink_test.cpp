@@ -54,6 +54,7 @@ TEST(TextSink, WritesNestsGdf) {
       SpikeEvent{.time = nanoseconds{-1}, .neuron = 8},
       SpikeEvent{.time = nanoseconds{2'000'000'001}, .neuron = 13}};
   EXPECT_TRUE((*sink)->write({.spikes = spikes}));
+  EXPECT_EQ((*sink)->delivered(), 0U);
   EXPECT_TRUE((*sink)->close());
   EXPECT_EQ(read_file(folder.path("s.gdf")), "8\t-0.000001\n13\t2000.000001\n");
 }
