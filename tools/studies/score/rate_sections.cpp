@@ -60,6 +60,16 @@ std::vector<double> series(const Json& values, const std::string& field, std::si
 
 namespace {
 
+/// A point for each x, with its rate. \param put  sets x in a stimulus
+void add_points(DataSet& set, Stimulus stimulus, const std::vector<double>& x,
+                const std::vector<double>& rates,
+                const std::function<void(Stimulus&, double)>& put) {
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    put(stimulus, x[i]);
+    set.points.push_back({.x = x[i], .measured = rates[i], .stimulus = stimulus});
+  }
+}
+
 /// A data set for each level of a hold, with a point for each x.
 /// \param set  its name gets the level
 void read_levels(JsonFields& fields, const Stimulus& base, const DataSet& set,
@@ -71,11 +81,7 @@ void read_levels(JsonFields& fields, const Stimulus& base, const DataSet& set,
     set_level(stimulus, key, field);
     DataSet& own = recordings.sets.emplace_back(set);
     own.name += ", " + level_name(stimulus);
-    const auto rates = series(values, field, x.size(), set.x_name);
-    for (std::size_t i = 0; i < rates.size(); ++i) {
-      put(stimulus, x[i]);
-      own.points.push_back({.x = x[i], .measured = rates[i], .stimulus = stimulus});
-    }
+    add_points(own, stimulus, x, series(values, field, x.size(), set.x_name), put);
   }
   fields.finish();
 }
@@ -217,10 +223,8 @@ void read_vibration(JsonFields fields, const std::string& cite, Recordings& reco
                 .y_name = "rate_hz",
                 .cite = cite,
                 .points = {}};
-    for (std::size_t i = 0; i < rates.size(); ++i) {
-      stimulus.amplitude_mm = units::mm_from_um(amplitude[i]);
-      set.points.push_back({.x = amplitude[i], .measured = rates[i], .stimulus = stimulus});
-    }
+    add_points(set, stimulus, amplitude, rates,
+               [](Stimulus& each, double um) { each.amplitude_mm = units::mm_from_um(um); });
     recordings.sets.push_back(std::move(set));
   }
   fields.finish();
