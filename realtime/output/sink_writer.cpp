@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <new>
 #include <type_traits>
 #include <utility>
 
@@ -20,13 +21,30 @@ constexpr std::size_t kBatch = 1024;
 SinkWriter::SinkWriter(Sink& sink, Sources sources)
     : sink_(sink),
       sources_(std::move(sources)),
+      out_of_memory_(sink.uri() +
+                     " failed: out of memory: raise the limit of memory (ulimit -v, "
+                     "MemoryMax of a service), and run again"),
       thread_([this](const std::stop_token& stop) { write_all(stop); }) {}
 
 void SinkWriter::keep(const Expected<void, SinkError>& result) {
-  if (result || !healthy()) return;
-  outcome_.error_message = result.error().sentence;
+  if (!result) fail(result.error().sentence);
+}
+
+void SinkWriter::fail(std::string sentence) noexcept {
+  if (!healthy()) return;
+  outcome_.error_message = std::move(sentence);
   sources_.channel.commands_failed.store(true, std::memory_order_relaxed);
   failed_.store(true, std::memory_order_release);
+}
+
+/// Without memory, only this sink fails.
+template <class Work>
+void SinkWriter::attempt(const Work& work) {
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    fail(std::move(out_of_memory_));
+  }
 }
 
 void SinkWriter::write(const RecordBatch& batch) {
@@ -133,30 +151,33 @@ void SinkWriter::write_until_ended(const std::stop_token& stop) {
       const RunOrigin* const origin = sources_.origin == nullptr ? nullptr : sources_.origin->get();
       if (sources_.origin == nullptr || origin != nullptr || ended) {
         started_ = true;
-        keep(sink_.begin(origin == nullptr ? RunOrigin{} : *origin));
+        attempt([&] { keep(sink_.begin(origin == nullptr ? RunOrigin{} : *origin)); });
       } else {
         sources_.channel.beat.wait(seen);
         continue;
       }
     }
     if (priority_) priority_->check(host_now());
-    const std::size_t taken = write_waiting();
+    std::size_t taken = 0;
+    attempt([&] { taken = write_waiting(); });
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_flush && healthy()) {
-      write_status();
-      if (healthy()) keep(sink_.flush());
+      attempt([&] {
+        write_status();
+        if (healthy()) keep(sink_.flush());
+      });
       next_flush = now + kFlushEvery;
     }
     if (taken > 0) continue;
     if (ended) break;
     wait(seen);
   }
-  if (healthy()) write_status();
+  if (healthy()) attempt([&] { write_status(); });
 }
 
 void SinkWriter::write_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-sink");
-  waiting_.spikes.reserve(kBatch);
+  attempt([&] { waiting_.spikes.reserve(kBatch); });
   if (sources_.encoding != nullptr && sources_.channel.takes<SentCommand>() &&
       sink_.receives_commands()) {
     outlet_.emplace(*sources_.encoding);
@@ -164,9 +185,9 @@ void SinkWriter::write_all(const std::stop_token& stop) {
   }
   write_until_ended(stop);
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
-  if (started_) write_waiting();  // marks set after the last item
+  if (started_) attempt([&] { write_waiting(); });  // marks set after the last item
   const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;
-  if (healthy()) keep(complete ? sink_.close() : sink_.flush());
+  if (healthy()) attempt([&] { keep(complete ? sink_.close() : sink_.flush()); });
   outcome_.delivered = sink_.delivered();
   done_.store(true, std::memory_order_release);
 }

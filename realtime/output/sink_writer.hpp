@@ -95,6 +95,9 @@ class SinkWriter {
   [[nodiscard]] bool all_ended() const;
   void write_status();
   void keep(const Expected<void, SinkError>& result);
+  void fail(std::string sentence) noexcept;
+  template <class Work>
+  void attempt(const Work& work);
   [[nodiscard]] bool healthy() const noexcept { return !failed_.load(std::memory_order_relaxed); }
 
   Sink& sink_;
@@ -103,6 +106,7 @@ class SinkWriter {
   std::optional<StimulationOutlet> outlet_;  ///< of a receiver behind a gate
   std::optional<ServingPriority> priority_;
   Outcome outcome_;
+  std::string out_of_memory_;  ///< made while there is memory
   bool started_ = false;
   std::atomic<bool> failed_{false};
   std::atomic<bool> done_{false};

@@ -171,6 +171,42 @@ TEST(Pipeline, AFailingSinkIsNamedAndCountedAndTheRunContinues) {
   EXPECT_FALSE(outcome.report.complete());
 }
 
+/// Has no memory for spikes, or for its end.
+class GreedySink final : public Sink {
+ public:
+  explicit GreedySink(bool at_end) : at_end_(at_end) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    if (!at_end_ && !batch.spikes.empty()) throw std::bad_alloc();
+    return {};
+  }
+  Expected<void, SinkError> close() override { throw std::bad_alloc(); }
+
+ private:
+  bool at_end_;
+  std::string uri_ = "greedy:";
+};
+
+TEST(Pipeline, WithoutMemoryOnlyTheSinkFails) {
+  auto model = TactileModel::create({});
+  ASSERT_TRUE(model);
+  Pipeline pipeline(*model, {.fast = true});
+  pipeline.add_probe(std::make_unique<MemoryProbe>(press(), 7), {});
+  MemorySink::Content whole;
+  pipeline.add_sink(std::make_unique<GreedySink>(false));
+  pipeline.add_sink(std::make_unique<GreedySink>(true));
+  pipeline.add_sink(std::make_unique<MemorySink>(whole));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(report->sinks[k].error_message,
+              "greedy: failed: out of memory: raise the limit of memory (ulimit -v, MemoryMax of a "
+              "service), and run again");
+  }
+  EXPECT_EQ(whole.spikes.size(), report->spikes);
+  EXPECT_TRUE(whole.closed);
+}
+
 TEST(Pipeline, AFailingSinkIsReportedDuringTheRun) {
   auto model = TactileModel::create({});
   ASSERT_TRUE(model);
