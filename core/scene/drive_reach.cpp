@@ -4,7 +4,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <vector>
 
 #include "core/contact/far_field.hpp"
 #include "core/contact/huber_stress.hpp"
@@ -60,11 +62,14 @@ class FieldReach {
                    .columns = cells(grid_.columns),
                    .rows = cells(grid_.rows)};
     mask_.depth_mm.assign(mask_.cells.pixels(), static_cast<float>(kDeepest_mm));
+    waiting_.resize(grid_.pixels());
+    std::iota(waiting_.begin(), waiting_.end(), std::size_t{0});
   }
 
-  /// The distance beyond which a press stays below a limit; the cells that it reaches are reached
-  /// by all presses deeper than `from_mm`. √SED is a norm, so that a blend of two tables stays
-  /// below the larger one, times the weights' sum.
+  /// Call for deeper and deeper presses. The largest distance so far is the one beyond which the
+  /// press stays below a limit; the cells that it is the first to reach are reached by all presses
+  /// deeper than `from_mm`. √SED is a norm, so that a blend of two tables stays below the larger
+  /// one, times the weights' sum.
   double reached(const PlacedContact& placed, double limit_kPa, double from_mm) {
     const TipField::Blend blend = tip_.blend(placed.contact.depth_mm);
     const double weights = std::fabs(blend.weight[0]) + std::fabs(blend.weight[1]);
@@ -72,24 +77,27 @@ class FieldReach {
     const double inside_mm =
         0.5 * grid_.pixel_mm * static_cast<double>(std::min(grid_.columns, grid_.rows) - 3);
     double radius_mm = 0.0;
-    double farthest_mm2 = -1.0;  // none
+    std::vector<const std::vector<double>*> tables;
     for (std::size_t t = 0; t < 2; ++t) {
       if (blend.weight[t] == 0.0) continue;
-      const std::vector<double>& energies = energies_kPa_[blend.lower + t];
-      for (std::size_t i = 0; i < energies.size(); ++i) {
-        if (!(energies[i] > per_depth2)) continue;
-        const double x = grid_.x_mm(i % grid_.columns);
-        const double y = grid_.y_mm(i / grid_.columns);
-        farthest_mm2 = std::max(farthest_mm2, x * x + y * y);
-        mark(x, y, from_mm);
-      }
+      tables.push_back(&energies_kPa_[blend.lower + t]);
       const double force = tip_.tables().tables[blend.lower + t].force_mN_per_mm;
       const double load_mm = force > 0.0 ? far_.reach_mm(per_depth2 / (force * force)) : 0.0;
       if (load_mm > inside_mm) radius_mm = std::max(radius_mm, load_mm);
     }
-    // A node acts as far as its neighbours.
-    return farthest_mm2 >= 0.0 ? std::max(radius_mm, std::sqrt(farthest_mm2) + grid_.pixel_mm)
-                               : radius_mm;
+    std::erase_if(waiting_, [&](std::size_t i) {
+      if (std::none_of(tables.begin(), tables.end(),
+                       [&](const auto* energies) { return (*energies)[i] > per_depth2; })) {
+        return false;
+      }
+      const double x = grid_.x_mm(i % grid_.columns);
+      const double y = grid_.y_mm(i / grid_.columns);
+      // A node acts as far as its neighbours.
+      radius_mm = std::max(radius_mm, std::sqrt(x * x + y * y) + grid_.pixel_mm);
+      mark(x, y, from_mm);
+      return true;
+    });
+    return radius_mm;
   }
 
   [[nodiscard]] const ReachMask& mask() const noexcept { return mask_; }
@@ -117,6 +125,7 @@ class FieldReach {
   const PixelGrid& grid_;
   FarEnergy far_;
   std::vector<std::vector<double>> energies_kPa_;  ///< of each table, at its nodes
+  std::vector<std::size_t> waiting_;               ///< nodes that no press has reached
   ReachMask mask_;
 };
 
