@@ -1,4 +1,5 @@
 // Every scene runs or is refused with an error: all keys of all presets with unusual values.
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -6,7 +7,6 @@
 
 #include "core/scene/tactile_model.hpp"
 #include "tests/fuzz/scene_run.hpp"
-#include "tests/sweep.hpp"
 #include "tools/scene/scene_file.hpp"
 
 namespace merkel {
@@ -27,7 +27,7 @@ TEST_P(EveryScene, RunsOrIsRefused) {
   std::size_t number = 0;
   for (const std::string& key : keys) {
     for (const char* const value : kUnusualValues) {
-      if (!in_sweep(number++, 23)) continue;
+      if (number++ % 23 != 0 && std::getenv("MERKEL_EVERY_SCENE") == nullptr) continue;
       // Long ticks have many steps.
       const int ticks = key.starts_with("loop.") ? 2 : 20;
       run(preset + key + " = " + value + "\n", ticks);
