@@ -34,7 +34,6 @@ struct DoctorOptions {
   bool sleep = false;
   bool normal = false;
   bool stress = false;
-  bool zeromq = false;
   bool page = false;
   bool json = false;
 };
@@ -128,7 +127,6 @@ int doctor(const DoctorOptions& options) {
   if (!options.probe.empty()) return doctor_of_probe(options);
   PathSettings settings{.duration = units::nanoseconds_from_s(options.seconds),
                         .tick = units::nanoseconds_from_ms(1e-3 * options.tick_us),
-                        .zeromq = options.zeromq,
                         .page = options.page,
                         .wait = options.sleep ? LoopWait::kSleep : LoopWait::kHybrid};
   settings.realtime.fifo = !options.normal;
@@ -197,7 +195,7 @@ void add_doctor_command(CommandLine& program) {
           "doctor",
           "Checks how well this machine keeps time: rights and settings, the requirements of "
           "devices, and the whole path from a live simulated probe to a polling consumer and a "
-          "UDP consumer. Prints the latency of each stage in µs, next to that of cyclictest if "
+          "ZeroMQ subscriber. Prints the latency of each stage in µs, next to that of cyclictest if "
           "rt-tests is installed. Each verdict comes with its remedy.",
           "doctor --seconds 60")
       .option(
@@ -211,7 +209,6 @@ void add_doctor_command(CommandLine& program) {
       .flag("--sleep", options->sleep, "Only sleep until each tick, without spinning")
       .flag("--normal", options->normal, "Use SCHED_OTHER even if SCHED_FIFO is permitted")
       .flag("--stress", options->stress, "Run stress-ng --cpu 2 during the measurement")
-      .flag("--zeromq", options->zeromq, "Use a ZeroMQ subscriber instead of the UDP consumer")
       .flag("--page", options->page, "Also serve the live page to eight clients that read nothing")
       .flag("--json", options->json, "Print the results as JSON")
       .runs([options] { return doctor(*options); });

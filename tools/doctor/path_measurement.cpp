@@ -1,7 +1,6 @@
 #include "tools/doctor/path_measurement.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <fstream>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <unistd.h>
 
@@ -18,9 +18,8 @@
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/queues/bounded_queue.hpp"
 #include "tools/doctor/hung_page.hpp"
+#include "tools/doctor/loopback.hpp"
 #include "tools/doctor/spike_matcher.hpp"
-#include "tools/doctor/udp_loopback.hpp"
-#include "tools/doctor/zmq_loopback.hpp"
 
 namespace merkel {
 namespace {
@@ -41,10 +40,12 @@ std::chrono::nanoseconds stolen() {
 
 /// The arrivals at one consumer, queued from its thread to the matcher.
 struct Arrivals {
-  Arrivals(const char* of, const char* json_key, std::chrono::nanoseconds tick)
-      : name(of), key(json_key), matcher(tick) {}
+  Arrivals(const char* of, const char* json_key, std::chrono::nanoseconds good_median,
+           std::chrono::nanoseconds tick)
+      : name(of), key(json_key), good(good_median), matcher(tick) {}
   const char* name;
   const char* key;
+  std::chrono::nanoseconds good;
   BoundedQueue<SpikeArrival> queue{kQueue};
   SpikeMatcher matcher;
   std::atomic<std::uint64_t> count{0};
@@ -62,41 +63,13 @@ struct Arrivals {
   [[nodiscard]] ConsumerLatency latency(std::uint64_t made) const {
     return {.name = name,
             .key = key,
+            .good = good,
             .spikes = count.load(),
             .missing = made - count.load(),
             .sink = matcher.sink(),
             .software = matcher.software(),
             .sample_to_spike = matcher.sample_to_spike()};
   }
-};
-
-/// A sink whose output this program receives itself: over ZeroMQ or UDP.
-class Loopback {
- public:
-  static Expected<Loopback, SetupError> open(
-      bool zeromq, std::size_t neurons, const std::function<void(std::chrono::nanoseconds)>& note) {
-    Loopback loopback;
-    if (zeromq) {
-      auto opened = ZmqLoopback::open(static_cast<std::uint32_t>(neurons), note);
-      if (!opened) return Unexpected<SetupError>(opened.error());
-      loopback.zmq_ = std::move(*opened);
-    } else {
-      auto opened = UdpLoopback::open(note);
-      if (!opened) return Unexpected<SetupError>(opened.error());
-      loopback.udp_ = std::move(*opened);
-    }
-    return loopback;
-  }
-  [[nodiscard]] std::unique_ptr<Sink> sink() { return zmq_ ? zmq_->sink() : udp_->sink(); }
-  /// Waits for what is still on its way.
-  void settle(std::uint64_t spikes) {
-    if (zmq_) zmq_->settle(spikes);
-    if (udp_) udp_->settle();
-  }
-
- private:
-  std::unique_ptr<UdpLoopback> udp_;
-  std::unique_ptr<ZmqLoopback> zmq_;
 };
 
 /// A thread that takes spikes within this program, until they end or it is told to stop.
@@ -141,15 +114,16 @@ Expected<PathMeasurement, SetupError> measure_path(
   auto probe = open_probe(probe_uri(settings.duration));
   if (!probe) return Unexpected<SetupError>(probe.error());
 
-  Arrivals in_process("polling consumer", "in_process", settings.tick);
-  Arrivals by_udp("UDP consumer", "udp", settings.tick);
-  Arrivals by_zmq("ZeroMQ subscriber", "zmq", settings.tick);
-  Arrivals& outside = settings.zeromq ? by_zmq : by_udp;
+  Arrivals in_process("polling consumer", "in_process", std::chrono::microseconds{60},
+                      settings.tick);
+  // Its messages are written and parsed as JSON.
+  Arrivals subscriber("ZeroMQ subscriber", "zmq", std::chrono::microseconds{500}, settings.tick);
   auto loopback = Loopback::open(
-      settings.zeromq, model->neurons(),
-      [&outside](std::chrono::nanoseconds spike) { outside.note(spike, PeriodicClock::now()); });
+      static_cast<std::uint32_t>(model->neurons()),
+      [&](std::chrono::nanoseconds spike) { subscriber.note(spike, PeriodicClock::now()); });
   if (!loopback) return Unexpected<SetupError>(loopback.error());
-  const std::array<Arrivals*, 2> all = {&in_process, &outside};
+  std::vector<Arrivals*> all = {&in_process};
+  if (*loopback) all.push_back(&subscriber);
 
   BoundedQueue<TickTiming> timings(kQueue);
   const auto match = [&] {
@@ -169,7 +143,7 @@ Expected<PathMeasurement, SetupError> measure_path(
                                if (on_progress) on_progress(progress);
                              }});
   pipeline.add_probe(std::move(*probe), {});
-  pipeline.add_sink(loopback->sink());
+  if (*loopback) pipeline.add_sink((*loopback)->sink());
   std::optional<HungPage> page;
   if (settings.page) {
     auto opened = HungPage::open(*model);
@@ -189,7 +163,7 @@ Expected<PathMeasurement, SetupError> measure_path(
     return Unexpected<SetupError>(report.error());
   }
   poller.join();
-  loopback->settle(report->spikes);
+  if (*loopback) (*loopback)->settle(report->spikes);
   match();
   PathMeasurement measured{
       .report = std::move(*report), .consumers = {}, .steal = stolen() - stolen_before};

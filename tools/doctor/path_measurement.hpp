@@ -12,20 +12,20 @@ namespace merkel {
 
 /// Latency and losses of spikes on the way to one kind of consumer.
 struct ConsumerLatency {
-  const char* name = "";           ///< for display
-  const char* key = "";            ///< in JSON
-  std::uint64_t spikes = 0;        ///< received
-  std::uint64_t missing = 0;       ///< not received
-  LatencySummary sink;             ///< published → received
-  LatencySummary software;         ///< tick due → received
-  LatencySummary sample_to_spike;  ///< sample arrived → received
+  const char* name = "";            ///< for display
+  const char* key = "";             ///< in JSON
+  std::chrono::nanoseconds good{};  ///< the largest good median of `software`
+  std::uint64_t spikes = 0;         ///< received
+  std::uint64_t missing = 0;        ///< not received
+  LatencySummary sink;              ///< published → received
+  LatencySummary software;          ///< tick due → received
+  LatencySummary sample_to_spike;   ///< sample arrived → received
 };
 
 /// A measurement of the whole path: a live simulated probe, the paper's fingertip, and consumers.
 struct PathMeasurement {
   RunReport report;
-  /// A consumer that polls its queue at the publishing rate, and one that receives loopback
-  /// datagrams or subscribes to the zmq: sink.
+  /// A consumer that polls its queue at the publishing rate, and a subscriber of the zmq: sink.
   std::vector<ConsumerLatency> consumers;
   std::chrono::nanoseconds steal{0};  ///< time that the hypervisor kept cores from this host
 
@@ -39,8 +39,7 @@ struct PathMeasurement {
 struct PathSettings {
   std::chrono::nanoseconds duration{10'000'000'000};
   std::chrono::nanoseconds tick{1'000'000};
-  bool zeromq = false;  ///< a ZeroMQ subscriber instead of the UDP consumer
-  bool page = false;    ///< also the live page, with browsers that read nothing
+  bool page = false;  ///< also the live page, with browsers that read nothing
   LoopWait wait = LoopWait::kHybrid;
   RealtimeSettings realtime;
 };

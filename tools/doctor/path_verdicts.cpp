@@ -57,15 +57,15 @@ Verdict of_missed(const std::vector<DoctorRun>& runs) {
           percent <= 0.1 ? "" : "increase [loop] tick_us, or fix the poor results above"};
 }
 
-Verdict of_software(const char* consumer, const LatencySummary& software) {
-  const std::string what = std::string("software latency, ") + consumer;
+Verdict of_software(const ConsumerLatency& consumer, const LatencySummary& software) {
+  const std::string what = std::string("software latency, ") + consumer.name;
   if (software.count == 0) return {Grade::kUnknown, what, "no spike arrived", ""};
-  const bool good = software.p50 <= microseconds{60};
-  return {
-      good ? Grade::kGood : Grade::kFair, what, latency_text(software),
-      good
-          ? ""
-          : "reduce the load of this machine: half of all spikes take more than 60 µs on top of the jitter buffer and the tick"};
+  const bool good = software.p50 <= consumer.good;
+  return {good ? Grade::kGood : Grade::kFair, what, latency_text(software),
+          good ? ""
+               : fmt::format("reduce the load of this machine: half of all spikes take more than "
+                             "{:.0f} µs on top of the jitter buffer and the tick",
+                             units::us_from(consumer.good))};
 }
 
 Verdict of_sample_to_spike(const LatencySummary& latency) {
@@ -116,7 +116,7 @@ std::vector<Verdict> path_verdicts(const std::vector<DoctorRun>& runs) {
   for (std::size_t i = 0; i < runs.front().path.consumers.size(); ++i) {
     std::vector<LatencySummary> software;
     for (const DoctorRun& run : runs) software.push_back(run.path.consumers[i].software);
-    verdicts.push_back(of_software(runs.front().path.consumers[i].name, median_of(software)));
+    verdicts.push_back(of_software(runs.front().path.consumers[i], median_of(software)));
   }
   verdicts.push_back(
       {missing == 0 ? Grade::kGood : Grade::kPoor, "lost spikes", std::to_string(missing),

@@ -1,4 +1,4 @@
-#include "tools/doctor/zmq_loopback.hpp"
+#include "tools/doctor/loopback.hpp"
 
 #include <string>
 #include <utility>
@@ -13,13 +13,13 @@
 
 namespace merkel {
 
-struct ZmqLoopback::Subscriber {
+struct Loopback::Subscriber {
   zmq::context_t context;
   zmq::socket_t socket{context, zmq::socket_type::sub};
 };
 
-Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32_t neurons,
-                                                                     Receive receive) {
+Expected<std::unique_ptr<Loopback>, SetupError> Loopback::open(std::uint32_t neurons,
+                                                               Receive receive) {
   auto subscriber = std::make_unique<Subscriber>();
   try {
     // A free port: one that another socket was given and has released.
@@ -39,8 +39,8 @@ Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32
         open_sink("zmq:" + endpoint + "?subscribers=1&wait_s=5",
                   {.neurons = neurons, .overwrite = false, .allow_remote = false, .run = {}});
     if (!sink) return Unexpected<SetupError>(sink.error());
-    return std::unique_ptr<ZmqLoopback>(
-        new ZmqLoopback(std::move(subscriber), std::move(*sink), std::move(receive)));
+    return std::unique_ptr<Loopback>(
+        new Loopback(std::move(subscriber), std::move(*sink), std::move(receive)));
   } catch (const zmq::error_t& error) {
     return Unexpected<SetupError>(
         {.kind = SetupError::Kind::kUnavailable,
@@ -49,7 +49,7 @@ Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32
   }
 }
 
-void ZmqLoopback::receive_all(const std::stop_token& stop) {
+void Loopback::receive_all(const std::stop_token& stop) {
   set_up_helper_thread("merkel-zmq");
   zmq::message_t message;
   while (!stop.stop_requested()) {
@@ -68,14 +68,13 @@ void ZmqLoopback::receive_all(const std::stop_token& stop) {
 
 namespace merkel {
 
-struct ZmqLoopback::Subscriber {};
+struct Loopback::Subscriber {};
 
-Expected<std::unique_ptr<ZmqLoopback>, SetupError> ZmqLoopback::open(std::uint32_t, Receive) {
-  return bad_input(
-      "this merkel was built without ZeroMQ: apt install libzmq3-dev cppzmq-dev and rebuild");
+Expected<std::unique_ptr<Loopback>, SetupError> Loopback::open(std::uint32_t, Receive) {
+  return nullptr;
 }
 
-void ZmqLoopback::receive_all(const std::stop_token&) {}
+void Loopback::receive_all(const std::stop_token&) {}
 
 }  // namespace merkel
 
@@ -83,21 +82,21 @@ void ZmqLoopback::receive_all(const std::stop_token&) {}
 
 namespace merkel {
 
-ZmqLoopback::ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink,
-                         Receive receive)
+Loopback::Loopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink,
+                   Receive receive)
     : subscriber_(std::move(subscriber)),
       sink_(std::move(sink)),
       receive_(std::move(receive)),
       thread_([this](const std::stop_token& stop) { receive_all(stop); }) {}
 
-ZmqLoopback::~ZmqLoopback() {
+Loopback::~Loopback() {
   thread_.request_stop();
   thread_.join();
 }
 
-std::unique_ptr<Sink> ZmqLoopback::sink() { return std::move(sink_); }
+std::unique_ptr<Sink> Loopback::sink() { return std::move(sink_); }
 
-void ZmqLoopback::settle(std::uint64_t spikes) const {
+void Loopback::settle(std::uint64_t spikes) const {
   for (int i = 0; i < 200 && received_.load() < spikes; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds{1});
   }

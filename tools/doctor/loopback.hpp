@@ -11,19 +11,20 @@
 namespace merkel {
 
 /// A ZeroMQ subscriber on this host: the ordinary zmq: sink, and a thread that receives its
-/// messages and reads the time from them, as users' programs do.
-class ZmqLoopback {
+/// messages and reads the time from them, as users' programs do. In programs that were built with
+/// ZeroMQ.
+class Loopback {
  public:
   /// Called in the receiver's thread with each spike's probe time.
   using Receive = std::function<void(std::chrono::nanoseconds spike)>;
 
-  /// Fails if no port can be opened or if merkel was built without ZeroMQ.
-  [[nodiscard]] static Expected<std::unique_ptr<ZmqLoopback>, SetupError> open(
-      std::uint32_t neurons, Receive receive);
-  ZmqLoopback(const ZmqLoopback&) = delete;
-  ZmqLoopback& operator=(const ZmqLoopback&) = delete;
+  /// Null without ZeroMQ. Fails if no port can be opened.
+  [[nodiscard]] static Expected<std::unique_ptr<Loopback>, SetupError> open(std::uint32_t neurons,
+                                                                            Receive receive);
+  Loopback(const Loopback&) = delete;
+  Loopback& operator=(const Loopback&) = delete;
   /// Ends and joins the receiver.
-  ~ZmqLoopback();
+  ~Loopback();
 
   /// The sending end; call once.
   [[nodiscard]] std::unique_ptr<Sink> sink();
@@ -32,7 +33,7 @@ class ZmqLoopback {
 
  private:
   struct Subscriber;
-  ZmqLoopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink, Receive receive);
+  Loopback(std::unique_ptr<Subscriber> subscriber, std::unique_ptr<Sink> sink, Receive receive);
   void receive_all(const std::stop_token& stop);
 
   std::unique_ptr<Subscriber> subscriber_;
