@@ -1,8 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 
 namespace merkel {
@@ -69,10 +69,30 @@ constexpr Column<Access> later_column(Column<Access> made) {
   return made;
 }
 
+/// The columns of a record, in order: a function that calls its argument with all of them. (With a
+/// tuple, sources took up to a third more time to compile.)
+template <class... Each>
+constexpr auto column_list(Each... each) {
+  return [each...](const auto& work) { return work(each...); };
+}
+
 /// Calls work(column) for each column, in order.
 template <class Columns, class Work>
 constexpr void for_each_column(const Columns& columns, const Work& work) {
-  std::apply([&](const auto&... each) { (work(each), ...); }, columns);
+  columns([&](const auto&... each) { (work(each), ...); });
+}
+
+template <class Columns>
+constexpr std::size_t count_of_columns(const Columns& columns) {
+  return columns([](const auto&... each) { return sizeof...(each); });
+}
+
+/// The columns of two lists.
+template <class First, class Second>
+constexpr auto joined_columns(const First& first, const Second& second) {
+  return first([&](const auto&... before) {
+    return second([&](const auto&... after) { return column_list(before..., after...); });
+  });
 }
 
 /// Columns of a record, for the record of which it is a member.
@@ -86,7 +106,7 @@ constexpr auto columns_within(const Columns& columns, Outer outer) {
         inner.name,  inner.unit,    inner.meaning,         access,
         inner.least, inner.largest, inner.name_of_seconds, inner.later};
   };
-  return std::apply([&](const auto&... each) { return std::tuple(moved(each)...); }, columns);
+  return columns([&](const auto&... each) { return column_list(moved(each)...); });
 }
 
 }  // namespace merkel

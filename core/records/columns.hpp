@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
-#include <tuple>
 #include <utility>
 
 #include "core/records/column.hpp"
@@ -29,13 +28,13 @@ constexpr double number_of(Enumerator last) noexcept {
 }
 
 inline constexpr auto kSpikeColumns =
-    std::tuple(time_column("time_ns", "time_s", "probe time", &SpikeEvent::time),
-               limited_column("neuron", "number in the model, across all patches, from 1",
-                              &SpikeEvent::neuron, 1.0, INT32_MAX),
-               column("patch", "", "number of the patch, from 0", &SpikeEvent::patch),
-               column("flags", "", "bits: 1 input held, 2 after a reset", &SpikeEvent::flags));
+    column_list(time_column("time_ns", "time_s", "probe time", &SpikeEvent::time),
+                limited_column("neuron", "number in the model, across all patches, from 1",
+                               &SpikeEvent::neuron, 1.0, INT32_MAX),
+                column("patch", "", "number of the patch, from 0", &SpikeEvent::patch),
+                column("flags", "", "bits: 1 input held, 2 after a reset", &SpikeEvent::flags));
 
-inline constexpr auto kTickColumns = std::tuple(
+inline constexpr auto kTickColumns = column_list(
     column("number", "", "of the tick, from 1", &TickRecord::number),
     column("probe", "", "from 0", &TickRecord::probe),
     time_column("time_ns", "time_s", "probe time of the tick's end", &TickRecord::time),
@@ -66,19 +65,19 @@ inline constexpr std::array<std::string_view, TaxelBlock::kTaxels> kTaxelNames =
     "p11", "p12", "p13", "p14", "p15", "p16", "p17", "p18", "p19", "p20", "p21",
     "p22", "p23", "p24", "p25", "p26", "p27", "p28", "p29", "p30", "p31"};
 
-inline constexpr auto kTaxelColumns = std::tuple_cat(
-    std::tuple(column("tick", "", "number of the tick", &TaxelBlock::tick),
-               column("probe", "", "from 0", &TaxelBlock::probe),
-               time_column("time_ns", "time_s", "probe time of the tick's end", &TaxelBlock::time),
-               column("first", "", "taxel of p0, from 0", &TaxelBlock::first),
-               limited_column("count", "of the taxels", &TaxelBlock::count, 1.0,
-                              static_cast<double>(TaxelBlock::kTaxels))),
+inline constexpr auto kTaxelColumns = joined_columns(
+    column_list(column("tick", "", "number of the tick", &TaxelBlock::tick),
+                column("probe", "", "from 0", &TaxelBlock::probe),
+                time_column("time_ns", "time_s", "probe time of the tick's end", &TaxelBlock::time),
+                column("first", "", "taxel of p0, from 0", &TaxelBlock::first),
+                limited_column("count", "of the taxels", &TaxelBlock::count, 1.0,
+                               static_cast<double>(TaxelBlock::kTaxels))),
     []<std::size_t... k>(std::index_sequence<k...>) {
-      return std::tuple(column(
+      return column_list(column(
           kTaxelNames[k], "kPa", "", [](auto& r) -> auto& { return r.pressure_kPa[k]; })...);
     }(std::make_index_sequence<TaxelBlock::kTaxels>()));
 
-inline constexpr auto kSampleColumns = std::tuple(
+inline constexpr auto kSampleColumns = column_list(
     time_column("time_ns", "time_s", "of the measurement, in probe time", &ProbeSample::time),
     time_column("arrival_ns", "arrival_s", "at the host, in probe time", &ProbeSample::arrival),
     column("depth_mm", "mm", "", &ProbeSample::depth_mm),
@@ -95,7 +94,7 @@ inline constexpr auto kSampleColumns = std::tuple(
     later_column(limited_column("touch", "0 undecided, 1 free, 2 touching, 3 tared",
                                 &ProbeSample::touch, 0.0, number_of(Touch::kTared))));
 
-inline constexpr auto kEventColumns = std::tuple(
+inline constexpr auto kEventColumns = column_list(
     time_column("time_ns", "time_s", "probe time", &LoopEvent::time),
     column("length_ns", "ns", "of a gap; of what a resume or zero_certain ends",
            &LoopEvent::length),
@@ -104,13 +103,13 @@ inline constexpr auto kEventColumns = std::tuple(
                    "0 release, 1 resume, 2 gap, 3 neuron_reset, 4 zero_uncertain, 5 zero_certain",
                    &LoopEvent::kind, 0.0, number_of(LoopEvent::Kind::kZeroCertain)));
 
-inline constexpr auto kSyncColumns =
-    std::tuple(time_column("time_ns", "time_s", "probe time", &SyncEdge::time),
-               column("probe", "", "the first one that the device feeds, from 0", &SyncEdge::probe),
-               limited_column("line", "of the device, from 1", &SyncEdge::line, 1.0, UINT16_MAX),
-               limited_column("level", "1 high from here on, 0 low", &SyncEdge::level, 0.0, 1.0));
+inline constexpr auto kSyncColumns = column_list(
+    time_column("time_ns", "time_s", "probe time", &SyncEdge::time),
+    column("probe", "", "the first one that the device feeds, from 0", &SyncEdge::probe),
+    limited_column("line", "of the device, from 1", &SyncEdge::line, 1.0, UINT16_MAX),
+    limited_column("level", "1 high from here on, 0 low", &SyncEdge::level, 0.0, 1.0));
 
-inline constexpr auto kDriveColumns = std::tuple(
+inline constexpr auto kDriveColumns = column_list(
     time_column("time_ns", "time_s", "probe time: the end of the first tick that has it",
                 &GivenDrive::time),
     column("electrode", "", "from 0, in the order of the scene; its group has it too",
@@ -118,7 +117,7 @@ inline constexpr auto kDriveColumns = std::tuple(
     column("amplitude", "", "0 off, 1 the strongest of its range", &GivenDrive::amplitude),
     column("frequency", "", "0 to 1 of its range", &GivenDrive::frequency));
 
-inline constexpr auto kCommandColumns = std::tuple(
+inline constexpr auto kCommandColumns = column_list(
     time_column("time_ns", "time_s", "probe time", &StimulationCommand::time),
     column("electrode", "", "from 0, in the order of the scene", &StimulationCommand::electrode),
     limited_column("kind", "0 update, 1 pulse", &StimulationCommand::kind, 0.0,
@@ -132,9 +131,9 @@ inline constexpr auto kCommandColumns = std::tuple(
         "zero_uncertain, 9 outside_calibration, 10 no_drive",
         &StimulationCommand::stop, 0.0, number_of(StimulationCommand::Stop::kLast)));
 
-inline constexpr auto kSentColumns = std::tuple_cat(
+inline constexpr auto kSentColumns = joined_columns(
     columns_within(kCommandColumns, &SentCommand::command),
-    std::tuple(
+    column_list(
         time_column("sent_monotonic_ns", "sent_monotonic_s",
                     "when it passed the gate, host-monotonic", &SentCommand::sent),
         time_column("valid_until_ns", "valid_until_s",

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <tuple>
 #include <type_traits>
 
 #include "core/contact/taxel_array.hpp"
@@ -17,22 +16,22 @@
 namespace merkel {
 
 inline constexpr auto kProbeSampleColumns =
-    std::tuple_cat(std::tuple(column("probe", "", "from 0", &DeliveredSample::probe)),
+    joined_columns(column_list(column("probe", "", "from 0", &DeliveredSample::probe)),
                    columns_within(kSampleColumns, &DeliveredSample::sample));
 
 /// Of a frame, without its bytes.
-inline constexpr auto kFrameColumns = std::tuple_cat(
-    std::tuple(column("probe", "", "from 0", &PortFrame::probe),
-               column("port", "", "of the probe, from 0", &PortFrame::port)),
+inline constexpr auto kFrameColumns = joined_columns(
+    column_list(column("probe", "", "from 0", &PortFrame::probe),
+                column("port", "", "of the probe, from 0", &PortFrame::port)),
     columns_within(
-        std::tuple(time_column("time_ns", "time_s", "host-monotonic", &RawFrame::time),
-                   limited_column("kind", "0 received, 1 sent, 2 opened, 3 started",
-                                  &RawFrame::kind, 0.0, number_of(RawFrame::Kind::kStarted)),
-                   limited_column("length", "of the bytes", &RawFrame::length, 0.0,
-                                  static_cast<double>(RawFrame::kMaxBytes)),
-                   column("parsed", "", "frames", &RawFrame::parsed),
-                   column("damaged", "", "frames", &RawFrame::damaged),
-                   column("lost", "", "frames", &RawFrame::lost)),
+        column_list(time_column("time_ns", "time_s", "host-monotonic", &RawFrame::time),
+                    limited_column("kind", "0 received, 1 sent, 2 opened, 3 started",
+                                   &RawFrame::kind, 0.0, number_of(RawFrame::Kind::kStarted)),
+                    limited_column("length", "of the bytes", &RawFrame::length, 0.0,
+                                   static_cast<double>(RawFrame::kMaxBytes)),
+                    column("parsed", "", "frames", &RawFrame::parsed),
+                    column("damaged", "", "frames", &RawFrame::damaged),
+                    column("lost", "", "frames", &RawFrame::lost)),
         &PortFrame::frame));
 
 /// How a session stores a kind of record: the number of its stream, the type of its values, and its
@@ -48,7 +47,7 @@ struct StoredAs {
 };
 
 /// The counters have tables of their own.
-inline constexpr std::tuple<> kStatusColumns{};
+inline constexpr auto kStatusColumns = column_list();
 
 template <>
 struct SessionStreamOf<SpikeEvent>
@@ -153,12 +152,12 @@ template <class Record>
 
 inline void values_of(const PortFrame& item, ItemValues<std::int64_t>& values) {
   columns_to_values(kFrameColumns, item, values);
-  std::memcpy(&values[std::tuple_size_v<decltype(kFrameColumns)>], item.frame.bytes.data(),
+  std::memcpy(&values[count_of_columns(kFrameColumns)], item.frame.bytes.data(),
               item.frame.bytes.size());
 }
 
 [[nodiscard]] inline bool to_item(const ItemValues<std::int64_t>& values, PortFrame& item) {
-  std::memcpy(item.frame.bytes.data(), &values[std::tuple_size_v<decltype(kFrameColumns)>],
+  std::memcpy(item.frame.bytes.data(), &values[count_of_columns(kFrameColumns)],
               item.frame.bytes.size());
   return values_to_columns(kFrameColumns, values, item);
 }
