@@ -60,14 +60,18 @@ Expected<PatchSize, ParameterError> size_of(const PatchParameters& parameters) {
     return Unexpected<ParameterError>(checked.error());
   }
   const double placed = parameters.receptors.number_on(parameters.patch);
+  const char* const key =
+      parameters.receptors.count > 0 ? "receptors.count" : "receptors.density_per_mm2";
   if (!fields) {
     return PatchSize{.receptors = placed,
-                     .afferents = static_cast<double>(parameters.patch.subregions())};
+                     .afferents = static_cast<double>(parameters.patch.subregions()),
+                     .key = key};
   }
-  const double centres =
-      parameters.centres.empty() ? placed : static_cast<double>(parameters.centres.size());
+  const bool listed = !parameters.centres.empty();
+  const double centres = listed ? static_cast<double>(parameters.centres.size()) : placed;
   return PatchSize{.receptors = centres * static_cast<double>(parameters.field.receptors),
-                   .afferents = centres};
+                   .afferents = centres,
+                   .key = listed ? "receptors.centres_mm" : key};
 }
 
 Expected<PatchLayout, ParameterError> layout_of(const PatchParameters& parameters) {

@@ -27,6 +27,7 @@ struct PatchLayout {
 struct PatchSize {
   double receptors = 0.0;
   double afferents = 0.0;
+  const char* key = "";  ///< of the parameter that gives the number
 };
 
 /// Fails if a parameter of the placement is out of its range.

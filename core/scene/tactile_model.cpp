@@ -50,8 +50,7 @@ Expected<void, ParameterError> check_size(const TactileModel::Parameters& p) {
     if (!size) return Unexpected<ParameterError>(size.error());
     all.receptors += size->receptors;
     all.afferents += size->afferents;
-    check.require(all.receptors <= static_cast<double>(kMaxReceptors),
-                  patch.receptors.count > 0 ? "receptors.count" : "receptors.density_per_mm2",
+    check.require(all.receptors <= static_cast<double>(kMaxReceptors), size->key,
                   "gives more receptors in all patches than a scene can hold (10000000)");
   }
   return check

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+
 namespace merkel {
 namespace {
 
@@ -293,6 +294,13 @@ TEST(TactileModel, RefusesScenesThatAreTooLarge) {
     });
   };
   EXPECT_EQ(fields(3'000, 2'000), "receptors.count" + too_many);
+  EXPECT_EQ(fault_of([](P& p, PatchParameters& each) {
+              p.network.gain = 0.0;
+              each.layout = ReceptorLayout::kFields;
+              each.centres.assign(1'000, {.x_mm = 1.0, .y_mm = 1.0});
+              each.field.receptors = 6'000;
+            }),
+            "receptors.centres_mm" + too_many);
   EXPECT_EQ(fields(6'000, 20),
             "loop.tick_us is so long that the afferents could fire more than 10000000 spikes in a "
             "tick: make it shorter");
