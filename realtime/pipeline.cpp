@@ -189,7 +189,8 @@ Expected<void, SetupError> Pipeline::Parts::start_probes() {
 /// On a virtual clock there is no receiver that acts in wall time.
 void Pipeline::Parts::guard_commands() {
   if (parameters.fast || parameters.encoder == nullptr) return;
-  watch.guard(parameters.encoder->parameters(), model.parameters().tick, model.patches().size());
+  watch.guard(parameters.encoder->parameters(), model.parameters().tick,
+              model.parameters().patches.size());
   std::vector<std::size_t> patches;
   for (const Indenter& indenter : model.parameters().indenters) patches.push_back(indenter.patch);
   probes.add_devices_to(watch, patches);

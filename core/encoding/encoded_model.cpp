@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "core/scene/tactile_patch.hpp"
 namespace merkel {
 
 EncodedModel encoded_model(const TactileModel& model) {

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "core/contact/tip_contact.hpp"
 #include "core/encoding/encoded_model.hpp"
 #include "core/encoding/field_map.hpp"
 #include "core/encoding/okorokova.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/contact_state.hpp"
 
 namespace merkel {
 

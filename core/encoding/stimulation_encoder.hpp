@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "core/contact/tip_contact.hpp"
 #include "core/encoding/encoded_model.hpp"
 #include "core/encoding/encoding_parameters.hpp"
 #include "core/encoding/field_activity.hpp"
@@ -16,6 +15,7 @@
 #include "core/encoding/stimulation_limiter.hpp"
 #include "core/encoding/stimulator_profile.hpp"
 #include "core/realtime_tag.hpp"
+#include "core/records/contact_state.hpp"
 #include "core/records/given_drive.hpp"
 #include "core/records/spike_event.hpp"
 #include "core/records/stimulation_command.hpp"

@@ -1,16 +1,27 @@
 #include "core/scene/tactile_model.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <utility>
+#include <variant>
+#include <vector>
 
+#include "core/contact/neighbour_depths.hpp"
+#include "core/contact/sliding_contact.hpp"
+#include "core/contact/taxel_field.hpp"
+#include "core/contact/tip_contact.hpp"
+#include "core/neurons/spike_buffer.hpp"
+#include "core/scene/drive_reach.hpp"
 #include "core/scene/model_check.hpp"
 #include "core/scene/patch_layout.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
+#include "core/worker_team.hpp"
 
 namespace merkel {
 namespace {
@@ -113,6 +124,42 @@ Expected<void, ParameterError> check_arrays(const TactileModel::Parameters& p,
 
 }  // namespace
 
+/// What a model consists of, apart from its header: sources that use a model need not compile it.
+class TactileModel::State {
+ public:
+  State(const Parameters& parameters, std::vector<TactilePatch> patches);
+
+ private:
+  friend class TactileModel;
+  [[nodiscard]] std::size_t neurons() const noexcept;
+  void update_rim_distance(std::span<const PlacedContact> touching) noexcept;
+  /// Writes presses_; depth-controlled tips on one patch share the skin that they displace.
+  void press_tips(std::span<const ContactInput> contacts) noexcept;
+  void touch(std::size_t indenter) noexcept;
+  /// Steps the patches and solves the contacts of sliding surfaces, which serve later ticks.
+  void step_patches(std::chrono::nanoseconds start) noexcept;
+  void step_patch(std::size_t patch, WorkerTeam* team) noexcept;
+
+  Parameters parameters_;
+  int steps_;  ///< of the neurons in a tick
+  std::vector<TipContact> tips_;
+  std::vector<std::unique_ptr<SlidingContact>> sliding_;  ///< of each tip; null: does not slide
+  std::vector<DriveReach> reach_of_tip_;
+  std::vector<std::unique_ptr<TaxelField>> taxels_;  ///< by indenter; null: not a tactile array
+  std::vector<TactilePatch> patches_;
+  std::vector<std::vector<PlacedContact>> touching_;  ///< by patch
+  std::vector<Press> presses_;                        ///< of this tick
+  std::vector<NeighbourPress> neighbours_;            ///< on one patch
+  std::vector<Press> deepest_;
+  double closest_rims_ = std::numeric_limits<double>::infinity();
+  WorkerTeam* team_ = nullptr;
+  std::chrono::nanoseconds start_{0};  ///< of the step in progress
+  /// Next contact to solve or patch to step, shared by the threads.
+  std::atomic<std::size_t> next_part_{0};
+  SpikeBuffer spikes_;
+  SpikeBuffer resets_;
+};
+
 Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& parameters) {
   if (const auto checked = check(parameters); !checked) {
     return Unexpected<ParameterError>(checked.error());
@@ -131,15 +178,14 @@ Expected<TactileModel, ParameterError> TactileModel::create(const Parameters& pa
   if (const auto checked = check_arrays(parameters, patches); !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
-  return TactileModel(parameters, std::move(patches));
+  return TactileModel(std::make_unique<State>(parameters, std::move(patches)));
 }
 
-TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatch> patches)
+TactileModel::State::State(const Parameters& parameters, std::vector<TactilePatch> patches)
     : parameters_(parameters),
       steps_(static_cast<int>(parameters.tick / parameters.step)),
       patches_(std::move(patches)),
       touching_(patches_.size()),
-      next_part_(std::make_unique<std::atomic<std::size_t>>(0)),
       spikes_(neurons() * most_spikes(parameters)),
       resets_(neurons()) {
   for (const Indenter& indenter : parameters.indenters) {
@@ -173,20 +219,50 @@ TactileModel::TactileModel(const Parameters& parameters, std::vector<TactilePatc
   neighbours_.reserve(tips_.size());
 }
 
-void TactileModel::reset() noexcept {
-  for (TactilePatch& patch : patches_) patch.reset();
-  for (const auto& sliding : sliding_) {
-    if (sliding) sliding->reset();
-  }
-  std::fill(presses_.begin(), presses_.end(), Press{});
-  std::fill(deepest_.begin(), deepest_.end(), Press{});
-  for (const auto& taxels : taxels_) {
-    if (taxels) taxels->release();
-  }
-  closest_rims_ = std::numeric_limits<double>::infinity();
+TactileModel::TactileModel(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+TactileModel::TactileModel(TactileModel&&) noexcept = default;
+TactileModel& TactileModel::operator=(TactileModel&&) noexcept = default;
+TactileModel::~TactileModel() = default;
+
+void TactileModel::share_work(WorkerTeam* team) noexcept { state_->team_ = team; }
+
+Press TactileModel::press(std::size_t indenter, const ContactInput& input) const noexcept {
+  return state_->tips_[indenter].press(input);
 }
 
-std::size_t TactileModel::neurons() const noexcept {
+const TactileModel::Parameters& TactileModel::parameters() const noexcept {
+  return state_->parameters_;
+}
+std::size_t TactileModel::indenters() const noexcept { return state_->tips_.size(); }
+std::span<const TactilePatch> TactileModel::patches() const noexcept { return state_->patches_; }
+std::size_t TactileModel::neurons() const noexcept { return state_->neurons(); }
+bool TactileModel::touched(std::size_t patch) const noexcept {
+  return !state_->touching_[patch].empty();
+}
+std::span<const Press> TactileModel::presses() const noexcept { return state_->presses_; }
+std::span<const Press> TactileModel::deepest() const noexcept { return state_->deepest_; }
+double TactileModel::closest_rims() const noexcept { return state_->closest_rims_; }
+const SlidingContact* TactileModel::sliding(std::size_t indenter) const noexcept {
+  return state_->sliding_[indenter].get();
+}
+std::span<const SpikeEvent> TactileModel::resets() const noexcept {
+  return state_->resets_.events();
+}
+
+void TactileModel::reset() noexcept {
+  for (TactilePatch& patch : state_->patches_) patch.reset();
+  for (const auto& sliding : state_->sliding_) {
+    if (sliding) sliding->reset();
+  }
+  std::fill(state_->presses_.begin(), state_->presses_.end(), Press{});
+  std::fill(state_->deepest_.begin(), state_->deepest_.end(), Press{});
+  for (const auto& taxels : state_->taxels_) {
+    if (taxels) taxels->release();
+  }
+  state_->closest_rims_ = std::numeric_limits<double>::infinity();
+}
+
+std::size_t TactileModel::State::neurons() const noexcept {
   return std::accumulate(
       patches_.begin(), patches_.end(), std::size_t{0},
       [](std::size_t sum, const TactilePatch& patch) { return sum + patch.neurons(); });
@@ -194,7 +270,7 @@ std::size_t TactileModel::neurons() const noexcept {
 
 NeuronSample TactileModel::neuron(std::uint32_t number) const noexcept {
   std::size_t index = number - 1;
-  for (const TactilePatch& patch : patches_) {
+  for (const TactilePatch& patch : state_->patches_) {
     if (index < patch.neurons()) {
       NeuronSample sample = patch.neuron(index);
       sample.neuron = number;
@@ -206,7 +282,7 @@ NeuronSample TactileModel::neuron(std::uint32_t number) const noexcept {
 }
 
 std::size_t TactileModel::receptors() const noexcept {
-  return std::accumulate(patches_.begin(), patches_.end(), std::size_t{0},
+  return std::accumulate(state_->patches_.begin(), state_->patches_.end(), std::size_t{0},
                          [](std::size_t sum, const TactilePatch& patch) {
                            return sum + patch.drive().receptors().size();
                          });
@@ -214,11 +290,11 @@ std::size_t TactileModel::receptors() const noexcept {
 
 std::uint64_t TactileModel::spikes_refused() const noexcept {
   return std::accumulate(
-      patches_.begin(), patches_.end(), spikes_.refused(),
+      state_->patches_.begin(), state_->patches_.end(), state_->spikes_.refused(),
       [](std::uint64_t sum, const TactilePatch& patch) { return sum + patch.spikes_refused(); });
 }
 
-void TactileModel::update_rim_distance(std::span<const PlacedContact> touching) noexcept {
+void TactileModel::State::update_rim_distance(std::span<const PlacedContact> touching) noexcept {
   for (std::size_t i = 0; i < touching.size(); ++i) {
     for (std::size_t j = i + 1; j < touching.size(); ++j) {
       const double a = touching[i].contact.contact_radius_mm;
@@ -231,11 +307,11 @@ void TactileModel::update_rim_distance(std::span<const PlacedContact> touching) 
   }
 }
 
-void TactileModel::step_patch(std::size_t patch, WorkerTeam* team) noexcept {
+void TactileModel::State::step_patch(std::size_t patch, WorkerTeam* team) noexcept {
   patches_[patch].step(touching_[patch], steps_, start_, team);
 }
 
-void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
+void TactileModel::State::step_patches(std::chrono::nanoseconds start) noexcept {
   start_ = start;
   const bool slides = std::any_of(sliding_.begin(), sliding_.end(),
                                   [](const auto& sliding) { return sliding != nullptr; });
@@ -247,15 +323,15 @@ void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
     return;
   }
   // A free thread takes the next contact or patch; they do not depend on each other.
-  next_part_->store(0, std::memory_order_relaxed);
+  next_part_.store(0, std::memory_order_relaxed);
   const int parts = std::min(team_->size(), static_cast<int>(patches_.size() + sliding_.size()));
   team_->run(
       parts,
       [](void* context, int /*part*/) noexcept {
-        auto* const self = static_cast<TactileModel*>(context);
+        auto* const self = static_cast<State*>(context);
         const std::size_t contacts = self->sliding_.size();
         for (;;) {
-          const std::size_t i = self->next_part_->fetch_add(1, std::memory_order_relaxed);
+          const std::size_t i = self->next_part_.fetch_add(1, std::memory_order_relaxed);
           if (i >= contacts + self->patches_.size()) return;
           if (i >= contacts) {
             self->step_patch(i - contacts, nullptr);
@@ -267,7 +343,7 @@ void TactileModel::step_patches(std::chrono::nanoseconds start) noexcept {
       this);
 }
 
-void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
+void TactileModel::State::press_tips(std::span<const ContactInput> contacts) noexcept {
   for (std::size_t i = 0; i < tips_.size(); ++i) {
     if (sliding_[i]) {
       sliding_[i]->take(contacts[i]);
@@ -297,11 +373,11 @@ void TactileModel::press_tips(std::span<const ContactInput> contacts) noexcept {
 }
 
 void TactileModel::set_taxels(std::size_t indenter, std::span<const float> pressures_kPa) noexcept {
-  if (taxels_[indenter]) taxels_[indenter]->press(pressures_kPa);
+  if (state_->taxels_[indenter]) state_->taxels_[indenter]->press(pressures_kPa);
 }
 
 /// The contact of a tactile array. Its press has a force and an area, but no depth.
-void TactileModel::touch(std::size_t indenter) noexcept {
+void TactileModel::State::touch(std::size_t indenter) noexcept {
   const TaxelField& taxels = *taxels_[indenter];
   Press& made = presses_[indenter];
   const Position& place = parameters_.indenters[indenter].taxels()->place;
@@ -320,39 +396,40 @@ void TactileModel::touch(std::size_t indenter) noexcept {
 
 std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_at_end,
                                          std::chrono::nanoseconds start) noexcept {
-  assert(contacts_at_end.size() == tips_.size());
-  for (auto& touching : touching_) touching.clear();
-  press_tips(contacts_at_end);
-  for (std::size_t i = 0; i < tips_.size(); ++i) {
-    if (taxels_[i]) {
-      touch(i);
+  assert(contacts_at_end.size() == state_->tips_.size());
+  for (auto& touching : state_->touching_) touching.clear();
+  state_->press_tips(contacts_at_end);
+  for (std::size_t i = 0; i < state_->tips_.size(); ++i) {
+    if (state_->taxels_[i]) {
+      state_->touch(i);
       continue;
     }
-    const Press& made = presses_[i];
+    const Press& made = state_->presses_[i];
     if (!made.touching()) continue;
-    touching_[parameters_.indenters[i].patch].push_back(
+    state_->touching_[state_->parameters_.indenters[i].patch].push_back(
         {.contact = made.contact,
-         .field = tips_[i].field(),
-         .version = sliding_[i] ? sliding_[i]->revision() : 0,
-         .sliding = sliding_[i].get(),
+         .field = state_->tips_[i].field(),
+         .version = state_->sliding_[i] ? state_->sliding_[i]->revision() : 0,
+         .sliding = state_->sliding_[i].get(),
          .x_mm = made.x_mm,
          .y_mm = made.y_mm,
-         .reach_mm = sliding_[i] ? sliding_[i]->reach_mm()
-                                 : reach_of_tip_[i].radius_mm(made.contact.depth_mm),
-         .mask = reach_of_tip_[i].mask()});
-    if (made.contact.depth_mm > deepest_[i].contact.depth_mm) deepest_[i] = made;
+         .reach_mm = state_->sliding_[i]
+                         ? state_->sliding_[i]->reach_mm()
+                         : state_->reach_of_tip_[i].radius_mm(made.contact.depth_mm),
+         .mask = state_->reach_of_tip_[i].mask()});
+    if (made.contact.depth_mm > state_->deepest_[i].contact.depth_mm) state_->deepest_[i] = made;
   }
-  for (const auto& touching : touching_) update_rim_distance(touching);
-  step_patches(start);
-  spikes_.clear();
-  resets_.clear();
-  for (const TactilePatch& patch : patches_) {
-    for (const SpikeEvent& spike : patch.spikes()) spikes_.push(spike);
-    for (const SpikeEvent& reset : patch.resets()) resets_.push(reset);
+  for (const auto& touching : state_->touching_) state_->update_rim_distance(touching);
+  state_->step_patches(start);
+  state_->spikes_.clear();
+  state_->resets_.clear();
+  for (const TactilePatch& patch : state_->patches_) {
+    for (const SpikeEvent& spike : patch.spikes()) state_->spikes_.push(spike);
+    for (const SpikeEvent& reset : patch.resets()) state_->resets_.push(reset);
   }
-  if (patches_.size() > 1) spikes_.sort();
-  resets_.sort();
-  return spikes_.events();
+  if (state_->patches_.size() > 1) state_->spikes_.sort();
+  state_->resets_.sort();
+  return state_->spikes_.events();
 }
 
 }  // namespace merkel

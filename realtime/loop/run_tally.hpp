@@ -23,8 +23,8 @@ class RunTally {
       : presses_(model.indenters()),
         spikes_of_neuron_(model.neurons()),
         contact_spikes_of_neuron_(model.neurons()),
-        contact_ticks_of_patch_(model.patches().size()),
-        touched_(model.patches().size()) {}
+        contact_ticks_of_patch_(model.parameters().patches.size()),
+        touched_(model.parameters().patches.size()) {}
 
   /// Adds a tick, after the model's step. \param records  one per probe
   void follow(std::span<const TickRecord> records, std::span<const SpikeEvent> spikes,

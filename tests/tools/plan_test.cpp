@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tests/sweep.hpp"
 #include "tests/tools/program.hpp"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/run/counter_text.hpp"

@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "drivers/sample_limits.hpp"
 #include "tools/scene/scene_presets.hpp"

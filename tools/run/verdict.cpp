@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "core/contact/sliding_contact.hpp"
 #include "core/units.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/number_text.hpp"

@@ -6,6 +6,7 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/pressed_tip.hpp"
+#include "core/contact/sliding_contact.hpp"
 #include "core/units.hpp"
 
 namespace merkel {

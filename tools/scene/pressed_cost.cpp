@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "core/contact/sliding_contact.hpp"
 #include "core/units.hpp"
 
 namespace merkel {

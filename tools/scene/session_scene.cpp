@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/parameters/range.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "drivers/files/height_map_file.hpp"
 #include "drivers/parsed_number.hpp"
 #include "drivers/probes/channel_selection.hpp"

@@ -7,6 +7,7 @@
 
 #include "core/contact/huber_stress.hpp"
 #include "core/scene/tactile_model.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "tests/core/every_simd_target.hpp"
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/scene/tactile_model.hpp"
+#include "core/scene/tactile_patch.hpp"
 
 namespace merkel {
 namespace {

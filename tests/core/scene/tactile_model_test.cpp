@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/scene/tactile_patch.hpp"
 
 namespace merkel {
 namespace {

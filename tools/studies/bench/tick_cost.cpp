@@ -4,6 +4,7 @@
 
 #include "core/scene/afferents.hpp"
 #include "core/scene/drive_reach.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
 #include "realtime/output/fanout.hpp"
 

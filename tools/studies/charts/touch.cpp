@@ -4,6 +4,7 @@
 
 #include <fmt/core.h>
 
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 
 namespace merkel {

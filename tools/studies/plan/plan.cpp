@@ -10,6 +10,7 @@
 #include "core/parameters/parameter_error.hpp"
 #include "core/scene/model_check.hpp"
 #include "core/scene/patch_layout.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tools/run/touch_summary.hpp"
 #include "tools/studies/plan/encoding_cost.hpp"

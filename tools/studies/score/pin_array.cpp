@@ -8,6 +8,7 @@
 
 #include "core/contact/pressed_tip.hpp"
 #include "core/contact/solver/tip_heights.hpp"
+#include "core/scene/tactile_patch.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/trials.hpp"

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tools/studies/score/press_trace.hpp"
 
