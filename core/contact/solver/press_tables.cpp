@@ -155,8 +155,10 @@ Presser::Level& Presser::level_of(double depth_mm) {
 void Presser::touch(PressTables::Table& table) {
   const HertzEllipse& ellipse = *tip_.ellipse;
   const double root = std::sqrt(table.depth_mm);
-  const double pixel =
-      2.0 * std::min(ellipse.half_x(), ellipse.half_y()) * root / kPixelsPerEllipse;
+  const double across = 2.0 * std::min(ellipse.half_x(), ellipse.half_y());
+  const double area = 4.0 * ellipse.half_x() * ellipse.half_y();  // of the rectangle around it
+  // Of a contact that is much longer than wide, as fine as the limit of pixels allows.
+  const double pixel = root * std::max(across / kPixelsPerEllipse, std::sqrt(area / kMaxPixels));
   contact_ = {.grid = {.pixel_mm = pixel,
                        .columns = pixels_over(ellipse.half_x() * root, pixel),
                        .rows = pixels_over(ellipse.half_y() * root, pixel)},

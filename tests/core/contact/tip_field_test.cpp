@@ -143,6 +143,14 @@ CartesianStress under_ellipse(const HertzEllipse& ellipse, double depth_mm, doub
   return sum;
 }
 
+TEST(TipField, AContactMuchLongerThanWideHasALimitOfPixels) {
+  const SkinParameters skin{.radius_mm = 1.0, .radius_along_mm = 300.0};
+  const TipField field({.tip = SphereTip{kPlateRadius}}, skin);
+  EXPECT_LT(field.tables().contact.grid.pixels(), 80'000U);
+  EXPECT_NEAR(field.force_mN(0.5) / SphereLaw(skin, kPlateRadius).at_depth(0.5).force_mN, 1.0,
+              1e-6);
+}
+
 TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
   for (const auto& [radius, across, along] : {std::tuple{0.5, 5.0, 10.0},
                                               {2.0, 5.0, 10.0},
