@@ -130,27 +130,28 @@ TipField::TipField(const PressedTip& tip, const LayeredMedium& medium, const Ski
   fill_energies();
 }
 
+std::vector<double> TipField::node_energies_kPa(std::size_t table) const {
+  const std::vector<GridNode>& nodes = press_.tables[table].nodes;
+  std::vector<double> energies(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), energies.begin(), [&](const GridNode& node) {
+    return energy_density_kPa(node.stress(), skin_, kind_);
+  });
+  return energies;
+}
+
 void TipField::fill_energies() {
-  const auto energy = [&](const CartesianStress& stress) {
-    return energy_density_kPa(stress, skin_, kind_);
-  };
-  const auto energies_of = [&](const PressTables::Table& table) {
-    std::vector<double> energies(table.nodes.size());
-    std::transform(table.nodes.begin(), table.nodes.end(), energies.begin(),
-                   [&](const GridNode& node) { return energy(node.stress()); });
-    return energies;
-  };
-  std::vector<double> lower = energies_of(press_.tables.front());
+  std::vector<double> lower = node_energies_kPa(0);
   for (std::size_t k = 0; k + 1 < press_.tables.size(); ++k) {
     const auto& below = press_.tables[k].nodes;
     const auto& above = press_.tables[k + 1].nodes;
-    std::vector<double> upper = energies_of(press_.tables[k + 1]);
+    std::vector<double> upper = node_energies_kPa(k + 1);
     std::vector<EnergyNode>& nodes = energies_.emplace_back(below.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       CartesianStress sum = below[i].stress();
       sum += above[i].stress();
       nodes[i].values[0] = static_cast<float>(lower[i]);
-      nodes[i].values[1] = static_cast<float>(energy(sum) - lower[i] - upper[i]);
+      nodes[i].values[1] =
+          static_cast<float>(energy_density_kPa(sum, skin_, kind_) - lower[i] - upper[i]);
       nodes[i].values[2] = static_cast<float>(upper[i]);
     }
     lower = std::move(upper);

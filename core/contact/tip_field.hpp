@@ -77,6 +77,8 @@ class TipField {
   /// The largest energy density at a node of the tables, kPa.
   [[nodiscard]] double largest_energy_kPa(double depth_mm) const noexcept;
   [[nodiscard]] const PressTables& tables() const noexcept { return press_; }
+  /// The energy densities at the nodes of a table in skin at rest, kPa per mm². Real-time: no.
+  [[nodiscard]] std::vector<double> node_energies_kPa(std::size_t table) const;
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:

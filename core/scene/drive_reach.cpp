@@ -50,12 +50,8 @@ class FieldReach {
  public:
   FieldReach(const TipField& tip, const SkinParameters& skin)
       : tip_(tip), grid_(tip.tables().grid), far_(FarField(LayeredMedium(skin), skin), skin) {
-    const SkinMaterial material(skin);
-    for (const PressTables::Table& table : tip.tables().tables) {
-      std::vector<double>& energies = energies_kPa_.emplace_back();
-      for (const GridNode& node : table.nodes) {
-        energies.push_back(energy_density_kPa(node.stress(), material, skin.energy_density));
-      }
+    for (std::size_t table = 0; table < tip.tables().tables.size(); ++table) {
+      energies_kPa_.push_back(tip.node_energies_kPa(table));
     }
     const auto cells = [](std::size_t nodes) { return nodes / kNodesPerCell + 1; };
     mask_.cells = {.pixel_mm = grid_.pixel_mm * static_cast<double>(kNodesPerCell),

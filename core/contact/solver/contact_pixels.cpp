@@ -87,6 +87,10 @@ std::size_t pixels_over(double half_mm, double pixel_mm) noexcept {
   return 2 * static_cast<std::size_t>(std::ceil(half_mm / pixel_mm - 1e-9)) + 1;
 }
 
+double finest_pixel_mm(double half_width_mm, double half_length_mm) noexcept {
+  return std::sqrt(4.0 * half_width_mm * half_length_mm / kMaxPixels);
+}
+
 ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double receptor_depth_mm) {
   TouchingRegion region{
       .middle = {}, .half_width_mm = tip.half_width_mm, .half_length_mm = tip.half_length_mm};
@@ -102,8 +106,7 @@ ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double rece
   if (region.part_mm > 0.0) pixel = std::min(pixel, region.part_mm / kPixelsPerPart);
   const double coarsest = kCoarsestPixel * receptor_depth_mm;
   pixel = std::min(pixel, coarsest);
-  const double area_mm2 = 4.0 * region.half_width_mm * region.half_length_mm;
-  pixel = std::max(pixel, std::sqrt(area_mm2 / kMaxPixels));
+  pixel = std::max(pixel, finest_pixel_mm(region.half_width_mm, region.half_length_mm));
   const auto grid = [&](double pixel_mm) {
     return PixelGrid{.pixel_mm = pixel_mm,
                      .columns = pixels_over(region.half_width_mm, pixel_mm),

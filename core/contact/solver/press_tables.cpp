@@ -106,9 +106,8 @@ class Presser {
 
 /// Nodes over the contact, and those that a deposit needs around it.
 PixelGrid nodes_of(const PressedTip& tip, double receptor_depth_mm) {
-  const double node_mm =
-      std::max(receptor_depth_mm / kNodesPerDepth,
-               std::sqrt(4.0 * tip.half_width_mm * tip.half_length_mm / kMaxPixels));
+  const double node_mm = std::max(receptor_depth_mm / kNodesPerDepth,
+                                  finest_pixel_mm(tip.half_width_mm, tip.half_length_mm));
   return {.pixel_mm = node_mm,
           .columns = pixels_over(tip.half_width_mm, node_mm) + 6,
           .rows = pixels_over(tip.half_length_mm, node_mm) + 6};
@@ -156,9 +155,8 @@ void Presser::touch(PressTables::Table& table) {
   const HertzEllipse& ellipse = *tip_.ellipse;
   const double root = std::sqrt(table.depth_mm);
   const double across = 2.0 * std::min(ellipse.half_x(), ellipse.half_y());
-  const double area = 4.0 * ellipse.half_x() * ellipse.half_y();  // of the rectangle around it
-  // Of a contact that is much longer than wide, as fine as the limit of pixels allows.
-  const double pixel = root * std::max(across / kPixelsPerEllipse, std::sqrt(area / kMaxPixels));
+  const double pixel = root * std::max(across / kPixelsPerEllipse,
+                                       finest_pixel_mm(ellipse.half_x(), ellipse.half_y()));
   contact_ = {.grid = {.pixel_mm = pixel,
                        .columns = pixels_over(ellipse.half_x() * root, pixel),
                        .rows = pixels_over(ellipse.half_y() * root, pixel)},

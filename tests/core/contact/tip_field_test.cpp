@@ -146,7 +146,7 @@ CartesianStress under_ellipse(const HertzEllipse& ellipse, double depth_mm, doub
 TEST(TipField, AContactMuchLongerThanWideHasALimitOfPixels) {
   const SkinParameters skin{.radius_mm = 1.0, .radius_along_mm = 300.0};
   const TipField field({.tip = SphereTip{kPlateRadius}}, skin);
-  EXPECT_LT(field.tables().contact.grid.pixels(), 80'000U);
+  EXPECT_LT(field.tables().contact.grid.pixels(), 70'000U);
   EXPECT_NEAR(field.force_mN(0.5) / SphereLaw(skin, kPlateRadius).at_depth(0.5).force_mN, 1.0,
               1e-6);
 }
