@@ -7,6 +7,7 @@
 #include <cstring>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
@@ -39,6 +40,13 @@ bool add_numbers(std::string_view bytes, std::vector<Value>& values) {
   return true;
 }
 
+/// Whether bytes can be measured values, missing ones included. BRAND's label `sync`, a JSON
+/// object, cannot: its last number ends with the byte of "}", so it is above 1e280.
+bool can_be_measured(std::span<const double> values) {
+  return std::none_of(values.begin(), values.end(),
+                      [](double value) { return std::isfinite(value) && std::abs(value) > 1e100; });
+}
+
 /// The numbers of a field. Empty if it holds something else.
 std::vector<double> redis_numbers(std::string_view text, FieldType type) {
   std::vector<double> values;
@@ -46,7 +54,8 @@ std::vector<double> redis_numbers(std::string_view text, FieldType type) {
   switch (type) {
     case FieldType::kAny:
       if (const auto number = parse_number(text)) return {*number};
-      [[fallthrough]];
+      good = add_numbers<double>(text, values) && can_be_measured(values);
+      break;
     case FieldType::kFloat64:
       good = add_numbers<double>(text, values);
       break;
@@ -90,7 +99,8 @@ void RedisLines::choose_fields(const RedisEntry& entry) {
   if (!fields_.empty()) return;
   for (const auto& [name, value] : entry) {
     const auto column = csv_column_named(name);
-    if (column && column->kind == CsvColumn::Kind::kValue) {
+    if (column && column->kind == CsvColumn::Kind::kValue &&
+        !redis_numbers(value, FieldType::kAny).empty()) {
       fields_.push_back({.name = name, .column = name});
     }
   }

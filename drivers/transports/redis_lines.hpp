@@ -39,7 +39,8 @@ class RedisLines {
 
   [[nodiscard]] const std::vector<RedisField>& fields() const noexcept { return fields_; }
   [[nodiscard]] LineBuffer& lines() noexcept { return lines_; }
-  /// If there are no fields yet: those of the entry whose names are columns of the protocol csv.
+  /// If there are no fields yet: those of the entry whose names are columns of the protocol csv and
+  /// whose values are numbers.
   void choose_fields(const RedisEntry& entry);
   /// Numbers that are missing are not a number.
   void add(const RedisEntry& entry);

@@ -98,8 +98,9 @@ class RedisPort final : public Transport {
       for (const auto& [name, value] : entries->front().fields) {
         names.append(names.empty() ? "" : ", ").append(name);
       }
-      return bad_input("\"" + uri_.text + "\": no field of its entries names a force, a depth or " +
-                       "a position (they are " + names +
+      return bad_input("\"" + uri_.text +
+                       "\": no field of its entries is a number and named as a " +
+                       "force, a depth or a position (they are " + names +
                        "): name one, for example fields=samples:force_N:int16");
     }
     return unavailable("\"" + uri_.text + "\": no entry came to the stream " + stream_ +

@@ -34,6 +34,35 @@ TEST(RedisLines, AnEntryIsALineAtItsTime) {
   EXPECT_EQ(text_of(lines), "1.500000001,0.25\n2.000000000,0.5\n");
 }
 
+TEST(RedisLines, ALabelIsNoNumberHoweverLongItIs) {
+  for (const char* const label :
+       {R"({"merkel_time_ns":7})", R"({"merkel_time_ns":4598603525947})", "{}", R"({"i":10})"}) {
+    RedisLines lines({});
+    const RedisEntry entry = {{"time_ns", "2500000000"}, {"force_N", "0.5"}, {"sync", label}};
+    lines.choose_fields(entry);
+    ASSERT_EQ(lines.fields().size(), 1U) << label;
+    lines.add(entry);
+    EXPECT_EQ(text_of(lines), "2.500000000,0.5\n") << label;
+  }
+  // A sync line of a device is one.
+  RedisLines lines({});
+  lines.choose_fields({{"force_N", "0.5"}, {"sync", "1"}});
+  EXPECT_EQ(lines.fields().size(), 2U);
+}
+
+TEST(RedisLines, AllBytesOfAMeasuredNumberAreRead) {
+  const std::string bytes = "ample r?";  // 0.0044…
+  RedisLines lines({});
+  const RedisEntry entry = {{"time_ns", "0"}, {"force_N", bytes}};
+  lines.choose_fields(entry);
+  lines.add(entry);
+  double force_N = 0.0;
+  std::memcpy(&force_N, bytes.data(), sizeof force_N);
+  EXPECT_GT(force_N, 0.001);
+  EXPECT_LT(force_N, 1.0);
+  EXPECT_EQ(std::stod(text_of(lines).substr(12)), force_N);
+}
+
 TEST(RedisLines, NumbersOfAnEntryAreSpreadSinceTheEntryBefore) {
   RedisLines lines(*parse_redis_fields("samples:force_N:int16"));
   const std::string two("\x01\x00\x02\x00", 4);
