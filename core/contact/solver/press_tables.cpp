@@ -239,7 +239,7 @@ PressTables::Table Presser::table(double depth_mm) {
 
 /// Two tables, and the one half-way between them in √d.
 struct Interval {
-  std::shared_ptr<const PressTables::Table> lower, middle, upper;
+  std::shared_ptr<PressTables::Table> lower, middle, upper;
   double misfit = 0.0;
 
   bool operator<(const Interval& other) const { return misfit < other.misfit; }
@@ -251,7 +251,7 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
                          double receptor_depth_mm) {
   PressTables press;
   Presser presser(tip, medium, receptor_depth_mm, press);
-  using Shared = std::shared_ptr<const PressTables::Table>;
+  using Shared = std::shared_ptr<PressTables::Table>;
   std::map<double, Shared> tables;
   const auto solved = [&](double depth_mm) {
     Shared& table = tables[depth_mm];
@@ -282,7 +282,8 @@ PressTables press_tables(const PressedTip& tip, const LayeredMedium& medium,
     add(worst.middle, worst.upper);
   }
   solved(tip.deepest_mm);
-  for (const auto& [depth_mm, table] : tables) press.tables.push_back(*table);
+  press.tables.reserve(tables.size());
+  for (const auto& [depth_mm, table] : tables) press.tables.push_back(std::move(*table));
   return press;
 }
 
