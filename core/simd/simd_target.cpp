@@ -15,8 +15,6 @@ std::string name_of(std::int64_t target) {
       return "avx512";
     case HWY_AVX2:
       return "avx2";
-    case HWY_SSE4:
-      return "sse4";
 #endif
 #if HWY_ARCH_ARM
     case HWY_NEON:

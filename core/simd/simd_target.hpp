@@ -9,7 +9,7 @@
 namespace merkel {
 
 /// The instruction set that the kernels use: the best one that the processor supports, unless
-/// forced. "avx512", "avx2", "sse4", "neon" or "scalar". All give the same bits.
+/// forced. "avx512", "avx2", "neon" or "scalar". All give the same bits.
 [[nodiscard]] std::string simd_target();
 
 /// The instruction sets that this processor supports, best first.

@@ -129,7 +129,7 @@ struct SideBySide {
     return !hn::AllFalse(d, all);
   }
   /// a·b + c with one rounding, on every target. Where the instruction set has no such instruction
-  /// (SSE4, plain scalar), the C library computes it lane by lane: slow, but bit-identical.
+  /// (plain scalar), the C library computes it lane by lane: slow, but bit-identical.
   template <class A, class B, class C>
   static HWY_INLINE X fused(const A& a, const B& b, const C& c) {
     X r;

@@ -102,6 +102,7 @@ function(merkel_library target folder)
     $<BUILD_INTERFACE:merkel_warnings> $<BUILD_INTERFACE:merkel_numerics>
     $<BUILD_INTERFACE:merkel_hardening> $<BUILD_INTERFACE:merkel_sanitizers>)
   merkel_precompile(${target})
+  merkel_join_sources(${target})
   add_library(merkel::${name} ALIAS ${target})
   set_property(GLOBAL APPEND PROPERTY MERKEL_LIBRARIES ${target})
 endfunction()

@@ -285,7 +285,7 @@ void add_bench_command(CommandLine& program) {
                   "several sizes, and the time of a tick of the default scene.",
                   "bench --json")
       .option("--target", options->target,
-              "Instruction set to use instead of the best: avx512, avx2, sse4, neon, scalar")
+              "Instruction set to use instead of the best: avx512, avx2, neon, scalar")
       .option("--neurons", options->neurons,
               "Measure only populations of this size; default: 20 to 17000, and ticks", {1.0, 1e6})
       .option("--method", options->method, "Integration method of the populations")

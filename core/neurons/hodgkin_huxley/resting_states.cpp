@@ -1,9 +1,7 @@
 #include "core/neurons/hodgkin_huxley/resting_states.hpp"
 
 #include <algorithm>
-#include <cmath>
-
-#include <Eigen/Eigenvalues>
+#include <array>
 
 namespace merkel {
 namespace {
@@ -19,25 +17,49 @@ double holding_current(const HodgkinHuxley& neuron, double leak_mV, double V) {
   return open.conductance * V - open.driven;
 }
 
-/// The largest real part of the eigenvalues of the linearised neuron at a fixed point, 1/ms.
-double growth_rate(const HodgkinHuxley& neuron, double leak_mV, double V, double current) {
-  const auto slope = [&](const Eigen::Vector4d& x) {
-    const GateRates k = neuron.rates(x[0]);
-    const auto open = neuron.channels({x[1], x[2], x[3]}, leak_mV);
-    return Eigen::Vector4d(
-        (open.driven - open.conductance * x[0] + current) / neuron.capacitance_uF_per_cm2,
-        k.alpha.n * (1.0 - x[1]) - k.beta.n * x[1], k.alpha.m * (1.0 - x[2]) - k.beta.m * x[2],
-        k.alpha.h * (1.0 - x[3]) - k.beta.h * x[3]);
-  };
+/// Whether every disturbance of the neuron at a fixed point decays at least at `rate`, 1/ms: all
+/// eigenvalues λ of the linearised neuron have a real part below −rate.
+///
+/// A gate follows the potential alone, so with x = λ + rate they are the roots of
+/// (x − a)·Π(x − dᵢ) − Σ bᵢcᵢ·Π(x − dⱼ), j ≠ i, judged by the criterion of Routh and Hurwitz.
+bool settles(const HodgkinHuxley& neuron, double leak_mV, double V, double rate) {
+  constexpr double kStep = 1e-5;
   const Gates gates = neuron.steady_gates(V);
-  const Eigen::Vector4d point(V, gates.n, gates.m, gates.h);
-  Eigen::Matrix4d jacobian;
-  for (int j = 0; j < 4; ++j) {
-    Eigen::Vector4d offset = Eigen::Vector4d::Zero();
-    offset[j] = 1e-5;
-    jacobian.col(j) = (slope(point + offset) - slope(point - offset)) / 2e-5;
+  const auto pull = [&](const Gates& x) {  // V̇ without the current, which is constant
+    const auto open = neuron.channels(x, leak_mV);
+    return (open.driven - open.conductance * V) / neuron.capacitance_uF_per_cm2;
+  };
+  const GateRates at = neuron.rates(V);
+  const GateRates above = neuron.rates(V + kStep);
+  const GateRates below = neuron.rates(V - kStep);
+  // x³ + square·x² + linear·x + constant = Π(x − dᵢ), and the sum of the products of the others.
+  std::array<double, 3> decay{};
+  std::array<double, 3> loop{};
+  int gate = 0;
+  for (double Gates::*const x : {&Gates::n, &Gates::m, &Gates::h}) {
+    Gates more = gates;
+    Gates less = gates;
+    more.*x += kStep;
+    less.*x -= kStep;
+    const double follows = ((above.alpha.*x - below.alpha.*x) * (1.0 - gates.*x) -
+                            (above.beta.*x - below.beta.*x) * gates.*x) /
+                           (2.0 * kStep);
+    decay[gate] = at.alpha.*x + at.beta.*x - rate;
+    loop[gate] = follows * (pull(more) - pull(less)) / (2.0 * kStep);
+    ++gate;
   }
-  return jacobian.eigenvalues().real().maxCoeff();
+  const auto& [p, q, r] = decay;
+  const double square = p + q + r;
+  const double linear = p * q + q * r + r * p;
+  const double constant = p * q * r;
+  const double own =
+      neuron.channels(gates, leak_mV).conductance / neuron.capacitance_uF_per_cm2 - rate;
+  const double a1 = own + square;
+  const double a2 = own * square + linear - (loop[0] + loop[1] + loop[2]);
+  const double a3 =
+      own * linear + constant - loop[0] * (q + r) - loop[1] * (r + p) - loop[2] * (p + q);
+  const double a4 = own * constant - loop[0] * q * r - loop[1] * r * p - loop[2] * p * q;
+  return a1 > 0.0 && a3 > 0.0 && a4 > 0.0 && a1 * a2 * a3 > a3 * a3 + a1 * a1 * a4;
 }
 
 }  // namespace
@@ -51,7 +73,7 @@ RestingStates::RestingStates(const HodgkinHuxley& neuron) {
     const double current = holding_current(neuron, leak, at);
     // The table ends where the fixed point is not clearly stable or not unique.
     if (!I.empty() && !(current > I.back())) break;
-    if (!(growth_rate(neuron, leak, at, current) <= -0.01)) break;
+    if (!settles(neuron, leak, at, 0.01)) break;
     V.push_back(at);
     I.push_back(current);
   }

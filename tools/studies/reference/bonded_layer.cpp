@@ -2,25 +2,30 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 
 namespace merkel::reference {
 namespace {
 
-/// Nodes and weights of Gauss and Legendre on [0, end], from the eigenvalues of Jacobi's matrix
-/// (Golub & Welsch 1969).
-std::vector<std::pair<double, double>> gauss_nodes(Eigen::Index count, double end) {
-  Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(count, count);
-  for (Eigen::Index k = 1; k < count; ++k) {
-    const auto n = static_cast<double>(k);
-    jacobi(k, k - 1) = jacobi(k - 1, k) = n / std::sqrt(4.0 * n * n - 1.0);
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solved(jacobi);
+/// Nodes and weights of Gauss and Legendre on [0, end]: the roots of the polynomial by Newton's
+/// method, each from Tricomi's estimate.
+std::vector<std::pair<double, double>> gauss_nodes(int count, double end) {
   std::vector<std::pair<double, double>> nodes;
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const double first = solved.eigenvectors()(0, k);
-    nodes.emplace_back(0.5 * end * (1.0 + solved.eigenvalues()(k)), end * first * first);
+  for (int k = 0; k < count; ++k) {
+    double x = std::cos(std::numbers::pi * (k + 0.75) / (count + 0.5));
+    double slope = 1.0;
+    for (int pass = 0; pass < 8; ++pass) {
+      double before = 1.0;
+      double value = x;
+      for (int n = 1; n < count; ++n) {
+        before = std::exchange(value, ((2 * n + 1) * x * value - n * before) / (n + 1));
+      }
+      slope = count * (x * value - before) / (x * x - 1.0);
+      x -= value / slope;
+    }
+    nodes.emplace_back(0.5 * end * (1.0 + x), end / ((1.0 - x * x) * slope * slope));
   }
   return nodes;
 }
@@ -40,7 +45,7 @@ BondedLayer::BondedLayer(double poisson_ratio) : nodes_(gauss_nodes(96, 14.0)) {
 }
 
 std::pair<double, double> BondedLayer::solve(double radius) const {
-  constexpr Eigen::Index kNodes = 16;
+  constexpr int kNodes = 16;
   const auto nodes = gauss_nodes(kNodes, radius);
   const auto kernel = [&](double y) {
     double sum = 0.0;
@@ -52,9 +57,9 @@ std::pair<double, double> BondedLayer::solve(double radius) const {
   };
   Eigen::MatrixXd matrix(kNodes, kNodes);
   Eigen::MatrixXd right(kNodes, 2);  // φ = d·φ_unit − φ_parabola
-  for (Eigen::Index i = 0; i < kNodes; ++i) {
+  for (int i = 0; i < kNodes; ++i) {
     const double x = nodes[static_cast<std::size_t>(i)].first;
-    for (Eigen::Index j = 0; j < kNodes; ++j) {
+    for (int j = 0; j < kNodes; ++j) {
       matrix(i, j) = (i == j ? 1.0 : 0.0) - couple(x, nodes[static_cast<std::size_t>(j)]);
     }
     right(i, 0) = 1.0;
@@ -63,7 +68,7 @@ std::pair<double, double> BondedLayer::solve(double radius) const {
   const Eigen::MatrixXd phi = matrix.partialPivLu().solve(right);
   Eigen::RowVector2d at_rim(1.0, radius * radius);
   Eigen::RowVector2d force = Eigen::RowVector2d::Zero();
-  for (Eigen::Index j = 0; j < kNodes; ++j) {
+  for (int j = 0; j < kNodes; ++j) {
     const auto& node = nodes[static_cast<std::size_t>(j)];
     at_rim += couple(radius, node) * phi.row(j);
     force += 2.0 * node.second * phi.row(j);

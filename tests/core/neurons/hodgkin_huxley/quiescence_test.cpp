@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
@@ -26,6 +27,61 @@ TEST(RestingStates, AreFixedPointsOfTheMembrane) {
     EXPECT_NEAR(membrane.conductance * state.V - membrane.driven, current, 1e-4);
     EXPECT_NEAR(state.gates.h, neuron.steady_gates(state.V).h, 1e-6);
   }
+}
+
+/// The largest real part of the eigenvalues of the linearised neuron at a fixed point, 1/ms.
+double growth_rate(const HodgkinHuxley& neuron, double V) {
+  const double leak = neuron.leak_reversal_mV();
+  const auto slope = [&](const Eigen::Vector4d& x) {
+    const GateRates k = neuron.rates(x[0]);
+    const auto open = neuron.channels({x[1], x[2], x[3]}, leak);
+    return Eigen::Vector4d((open.driven - open.conductance * x[0]) / neuron.capacitance_uF_per_cm2,
+                           k.alpha.n * (1.0 - x[1]) - k.beta.n * x[1],
+                           k.alpha.m * (1.0 - x[2]) - k.beta.m * x[2],
+                           k.alpha.h * (1.0 - x[3]) - k.beta.h * x[3]);
+  };
+  const Gates gates = neuron.steady_gates(V);
+  const Eigen::Vector4d point(V, gates.n, gates.m, gates.h);
+  Eigen::Matrix4d jacobian;
+  for (int j = 0; j < 4; ++j) {
+    const Eigen::Vector4d offset = 1e-5 * Eigen::Vector4d::Unit(j);
+    jacobian.col(j) = (slope(point + offset) - slope(point - offset)) / 2e-5;
+  }
+  return jacobian.eigenvalues().real().maxCoeff();
+}
+
+TEST(RestingStates, EndWhereADisturbanceNoLongerDecays) {
+  int bounded = 0;
+  for (const double sodium : {60.0, 120.0, 180.0}) {
+    for (const double potassium : {24.0, 36.0, 50.0}) {
+      for (const double calcium : {0.0, 0.1, 1.0}) {
+        for (const double capacitance : {0.7, 1.0, 1.5}) {
+          const HodgkinHuxley neuron{.capacitance_uF_per_cm2 = capacitance,
+                                     .g_Na = sodium,
+                                     .g_K = potassium,
+                                     .g_CaL = calcium};
+          const RestingStates resting(neuron);
+          if (!resting.covers(0.0)) {
+            EXPECT_GT(growth_rate(neuron, neuron.V_rest), -0.01);
+            continue;
+          }
+          const double last = resting.at(resting.highest()).V;
+          EXPECT_LE(growth_rate(neuron, last), -0.01);
+          // In steps of 0.1 mV: the next no longer decays, or its current is not above, or it is
+          // far from any resting state.
+          const auto current = [&](double V) {
+            const auto open = neuron.channels(neuron.steady_gates(V), neuron.leak_reversal_mV());
+            return open.conductance * V - open.driven;
+          };
+          const bool grows = growth_rate(neuron, last + 0.1) > -0.01;
+          EXPECT_TRUE(grows || current(last + 0.1) <= current(last) || last > neuron.V_rest + 199.8)
+              << last;
+          bounded += grows ? 1 : 0;
+        }
+      }
+    }
+  }
+  EXPECT_GT(bounded, 20);
 }
 
 struct Recorded {
