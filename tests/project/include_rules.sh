@@ -37,9 +37,10 @@ if [ -n "$violations" ]; then
   exit 1
 fi
 
-# Inside a folder the sub-folders form lines too: no two include each other.
+# Inside a folder the sub-folders and the files beside them form lines too: no two include each other.
 circles=$(grep -rE '^ *# *include *"' core drivers realtime tools --include='*.hpp' --include='*.cpp' |
-  sed -nE 's|^(([^/]+/[^/]+)/[^:]+): *# *include *"(([^/"]+/[^/"]+)/[^"]+)"|\2 \4 \1 \3|p' |
+  sed -nE 's|^([^:]+): *# *include *"([^"]+)"|\1 \2|p' |
+  awk '{ for (i = 1; i <= 2; i++) { parts = split($i, part, "/"); at[i] = part[1] (parts > 2 ? "/" part[2] : "") }; print at[1], at[2], $0 }' |
   awk '$1 != $2 { line[++n] = $0; pair[$1, $2] }
        END { for (i = 1; i <= n; i++) { split(line[i], at); if ((at[2], at[1]) in pair) print at[3] " includes " at[4] } }')
 if [ -n "$circles" ]; then

@@ -94,8 +94,8 @@ class Session(merkel_program.TestCase):
 
     def test_each_probe_has_its_own_ticks_and_samples(self):
         session = self.path("two.xdf")
-        self.merkel("run", "finger", "--probe", "sim:taps?force_N=0.5&count=4&live=1", "--probe",
-                    "sim:ramp?force_N=0.3&hold_s=1&live=1", "--sink", "xdf:" + session)
+        self.merkel("run", "finger", "--probe", "sim:taps?force_N=0.5&count=4", "--probe",
+                    "sim:ramp?force_N=0.3&hold_s=1", "--sink", "xdf:" + session, "--fast")
         xdf = Xdf(session)
         for name in ("merkel.ticks", "merkel.ticks.1"):
             ticks = xdf.streams[name]

@@ -11,7 +11,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "tools/batch/batch_identity.hpp"
-#include "tools/program.hpp"
+#include "tools/program/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
 #include "tools/python/src/interpreter_exit.hpp"

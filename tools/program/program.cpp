@@ -1,4 +1,4 @@
-#include "tools/program.hpp"
+#include "tools/program/program.hpp"
 
 #include <cerrno>
 #include <csignal>

@@ -1,3 +1,3 @@
-#include "tools/program.hpp"
+#include "tools/program/program.hpp"
 
 int main(int argc, char** argv) { return merkel::run_merkel(argc, argv); }
