@@ -234,7 +234,7 @@ class Files(merkel_program.TestCase):
         replay = self.merkel("replay", self.path("s.xdf.part"))
         self.assertIn("bit-identical", replay.stdout)
 
-    def test_hours_of_spikes_lose_none(self):
+    def test_millions_of_spikes_lose_none(self):
         uris = ["csv:" + self.path("l.csv"), "gdf:" + self.path("l.gdf"), "phy:" + self.path("l"),
                 "sonata:" + self.path("l.h5"), "xdf:" + self.path("l.xdf"),
                 f"view:{merkel_program.free_port()}"]
