@@ -86,10 +86,8 @@ void ViewClient::begin_writing() {
 void ViewClient::write_hello() {
   begin_writing();
   socket_.text(true);
-  hello_ = steers_ ? state_.steering_hello : state_.hello;
-  socket_.async_write(
-      net::buffer(*hello_),
-      [self = shared_from_this()](beast::error_code error, std::size_t) { self->written(error); });
+  current_ = steers_ ? state_.steering_hello : state_.hello;
+  write_parts({net::buffer(*current_), net::const_buffer()});
 }
 
 void ViewClient::write() {
@@ -99,7 +97,10 @@ void ViewClient::write() {
   most_waiting_ = std::max(waiting_.size() + kMaxWaitingFrames, kMaxWaitingFrames);
   std::memcpy(prefix_.data(), &dropped_, sizeof dropped_);
   socket_.binary(true);
-  const std::array<net::const_buffer, 2> parts = {net::buffer(prefix_), net::buffer(*current_)};
+  write_parts({net::buffer(prefix_), net::buffer(*current_)});
+}
+
+void ViewClient::write_parts(const std::array<net::const_buffer, 2>& parts) {
   socket_.async_write(parts, [self = shared_from_this()](beast::error_code error, std::size_t) {
     self->written(error);
   });

@@ -39,17 +39,18 @@ class ViewClient : public std::enable_shared_from_this<ViewClient> {
   void begin_writing();
   void write_hello();
   void write();
+  void write_parts(const std::array<boost::asio::const_buffer, 2>& parts);
   void written(boost::beast::error_code error);
   void say_goodbye();
   void leave() { state_.clients.erase(shared_from_this()); }
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  static constexpr bool kCompresses = false;  // on this machine; and to compile it takes long
+  boost::beast::websocket::stream<boost::beast::tcp_stream, kCompresses> socket_;
   ViewServerState& state_;
   boost::beast::flat_buffer input_;
   std::deque<ViewFrame> waiting_;
   std::size_t most_waiting_;
   ViewFrame current_;
-  ViewFrame hello_;
   std::array<char, sizeof(std::uint32_t)> prefix_{};
   std::uint32_t dropped_ = 0;
   std::chrono::steady_clock::time_point writing_since_{};
