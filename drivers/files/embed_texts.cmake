@@ -1,10 +1,11 @@
 # merkel_embed(NAME SOURCE FILES…): a source that defines NAME, a span of EmbeddedText, with the
-# content of the files. As a script, it writes that source.
+# content of the files; it changes by itself, so it is joined with no other. As a script, it writes that source.
 set(merkel_embed_script ${CMAKE_CURRENT_LIST_FILE})
 function(merkel_embed name source)
   add_custom_command(OUTPUT ${source}
     COMMAND ${CMAKE_COMMAND} -DNAME=${name} -DOUT=${source} "-DFILES=${ARGN}" -P ${merkel_embed_script}
     DEPENDS ${ARGN} ${merkel_embed_script} VERBATIM)
+  set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 if(NOT CMAKE_SCRIPT_MODE_FILE)
   return()

@@ -74,14 +74,11 @@ endfunction()
 
 # merkel_join_sources(merkel_tools): compiles sixteen sources as one in optimised builds, in less than
 # half the time. Names in the anonymous namespaces of a library must differ; the preset `lint` checks
-# that. Every other build compiles each source alone. Generated sources change by themselves.
+# that. Every other build compiles each source alone.
 function(merkel_join_sources target)
   if(CMAKE_BUILD_TYPE MATCHES "Release|Sanitize")
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   endif()
-  get_target_property(sources ${target} SOURCES)
-  list(FILTER sources INCLUDE REGEX "^${PROJECT_BINARY_DIR}/")
-  set_source_files_properties(${sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 # merkel_library(merkel_scene tools/scene): settings of the library of a folder, which programs
