@@ -6,9 +6,6 @@
 
 namespace merkel {
 
-using Kind = StimulationCommand::Kind;
-using Stop = StimulationCommand::Stop;
-
 StimulationOutlet::StimulationOutlet(const EncodingParameters& parameters) : steps_(parameters) {
   for (const Electrode& each : parameters.electrodes) {
     max_slope_uA_per_s_.push_back(
@@ -22,7 +19,7 @@ std::span<const SentCommand> StimulationOutlet::pass(std::span<const SentCommand
   leaving_.clear();
   refused_.clear();
   for (const SentCommand& each : sent) {
-    if (each.command.kind == Kind::kPulse) {
+    if (each.command.kind == StimulationCommand::Kind::kPulse) {
       pass_pulse(each, now);
       continue;
     }
@@ -53,7 +50,9 @@ void StimulationOutlet::pass_pulse(const SentCommand& pulse, Time now) {
 
 void StimulationOutlet::pass_update(Time now) {
   const bool late = now - update_.front().sent > kPatience;
-  const auto stops = [](const SentCommand& each) { return each.command.stop != Stop::kNone; };
+  const auto stops = [](const SentCommand& each) {
+    return each.command.stop != StimulationCommand::Stop::kNone;
+  };
   if (late && std::none_of(update_.begin(), update_.end(), stops)) {
     missed_ = true;
     refused_.insert(refused_.end(), update_.begin(), update_.end());
@@ -72,7 +71,7 @@ void StimulationOutlet::pass_update(Time now) {
     if (off && !stops(each)) {
       if (each.command.amplitude_uA > 0.0) refused_.push_back(each);
       each.command.amplitude_uA = each.command.frequency_Hz = 0.0;
-      each.command.stop = Stop::kSinkFailure;
+      each.command.stop = StimulationCommand::Stop::kSinkFailure;
     }
     limit(each.command, now);
     last_uA_[each.command.electrode] = each.command.amplitude_uA;

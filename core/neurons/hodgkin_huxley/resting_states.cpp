@@ -36,7 +36,7 @@ bool settles(const HodgkinHuxley& neuron, double leak_mV, double V, double rate)
   // x³ + square·x² + linear·x + constant = Π(x − dᵢ), and the sum of the products of the others.
   std::array<double, 3> decay{};
   std::array<double, 3> loop{};
-  int gate = 0;
+  std::size_t gate = 0;
   for (double Gates::*const x : {&Gates::n, &Gates::m, &Gates::h}) {
     Gates more = gates;
     Gates less = gates;

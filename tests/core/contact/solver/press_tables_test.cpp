@@ -21,14 +21,8 @@ double energy_at(const PressTables& press, std::size_t table, double x_mm, doubl
     return static_cast<std::size_t>(std::lround(at / grid.pixel_mm) + static_cast<long>(count / 2));
   };
   const PressTables::Table& of = press.tables[table];
-  const auto& v =
-      of.nodes[index(y_mm, grid.rows) * grid.columns + index(x_mm, grid.columns)].values;
-  const CartesianStress stress{.sigma_x = v[0],
-                               .sigma_y = v[1],
-                               .sigma_z = v[2],
-                               .tau_xy = v[3],
-                               .tau_yz = v[4],
-                               .tau_zx = v[5]};
+  const CartesianStress stress =
+      of.nodes[index(y_mm, grid.rows) * grid.columns + index(x_mm, grid.columns)].stress();
   return energy_density_kPa(stress * of.depth_mm, SkinMaterial(skin), EnergyDensity::kDistortional);
 }
 
