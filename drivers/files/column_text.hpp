@@ -35,7 +35,7 @@ void append_value(std::string& text, const Member& member) {
   } else if constexpr (std::is_enum_v<Member>) {
     append_field(text, name_of(member));
   } else if constexpr (std::is_floating_point_v<Member>) {
-    text.append(shortest_decimal(member));
+    text.append(shortest_decimal(static_cast<double>(member)));
   } else {
     text.append(std::to_string(member));
   }
