@@ -40,9 +40,10 @@ fi
 # Inside a folder the sub-folders and the files beside them form lines too: no two include each other.
 circles=$(grep -rE '^ *# *include *"' core drivers realtime tools --include='*.hpp' --include='*.cpp' |
   sed -nE 's|^([^:]+): *# *include *"([^"]+)"|\1 \2|p' |
-  awk '{ for (i = 1; i <= 2; i++) { parts = split($i, part, "/"); at[i] = part[1] (parts > 2 ? "/" part[2] : "") }; print at[1], at[2], $0 }' |
-  awk '$1 != $2 { line[++n] = $0; pair[$1, $2] }
-       END { for (i = 1; i <= n; i++) { split(line[i], at); if ((at[2], at[1]) in pair) print at[3] " includes " at[4] } }')
+  awk 'function folder(path,  part) { return split(path, part, "/") > 2 ? part[1] "/" part[2] : part[1] }
+       { from = folder($1); to = folder($2) }
+       from != to { line[++n] = $1 " includes " $2; back[n] = to SUBSEP from; pair[from, to] }
+       END { for (i = 1; i <= n; i++) if (back[i] in pair) print line[i] }')
 if [ -n "$circles" ]; then
   echo "sub-folders that include each other:"
   echo "$circles"

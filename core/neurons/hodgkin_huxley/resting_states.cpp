@@ -18,11 +18,12 @@ double holding_current(const HodgkinHuxley& neuron, double leak_mV, double V) {
   return open.conductance * V - open.driven;
 }
 
-/// Whether every disturbance of the neuron at a fixed point decays at least at `rate`, 1/ms: all
+/// Whether every disturbance of the neuron at a fixed point decays faster than at `rate`, 1/ms: all
 /// eigenvalues λ of the linearised neuron have a real part below −rate.
 ///
-/// A gate follows the potential alone, so with x = λ + rate they are the roots of
-/// (x − a)·Π(x − dᵢ) − Σ bᵢcᵢ·Π(x − dⱼ), j ≠ i, judged by the criterion of Routh and Hurwitz.
+/// A gate follows the potential and itself, not the other gates. So with x = λ + rate, the λ are
+/// the roots of (x + own)·Π(x + decayᵢ) − Σ loopᵢ·Π(x + decayⱼ), j ≠ i: a polynomial x⁴ + a1·x³ +
+/// a2·x² + a3·x + a4, judged by the criterion of Routh and Hurwitz.
 bool settles(const HodgkinHuxley& neuron, double leak_mV, double V, double rate) {
   constexpr double kStep = 1e-5;
   const Gates gates = neuron.steady_gates(V);
@@ -33,9 +34,8 @@ bool settles(const HodgkinHuxley& neuron, double leak_mV, double V, double rate)
   const GateRates at = neuron.rates(V);
   const GateRates above = neuron.rates(V + kStep);
   const GateRates below = neuron.rates(V - kStep);
-  // x³ + square·x² + linear·x + constant = Π(x − dᵢ), and the sum of the products of the others.
-  std::array<double, 3> decay{};
-  std::array<double, 3> loop{};
+  std::array<double, 3> decay{};  // of a gate at constant potential, less `rate`
+  std::array<double, 3> loop{};   // from the potential to a gate and back
   std::size_t gate = 0;
   for (double Gates::*const x : {&Gates::n, &Gates::m, &Gates::h}) {
     Gates more = gates;
@@ -49,6 +49,7 @@ bool settles(const HodgkinHuxley& neuron, double leak_mV, double V, double rate)
     loop[gate] = follows * (pull(more) - pull(less)) / (2.0 * kStep);
     ++gate;
   }
+  // Π(x + decayᵢ) = x³ + square·x² + linear·x + constant.
   const auto& [p, q, r] = decay;
   const double square = p + q + r;
   const double linear = p * q + q * r + r * p;

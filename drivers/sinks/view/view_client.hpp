@@ -44,7 +44,7 @@ class ViewClient : public std::enable_shared_from_this<ViewClient> {
   void say_goodbye();
   void leave() { state_.clients.erase(shared_from_this()); }
 
-  static constexpr bool kCompresses = false;  // on this machine; and to compile it takes long
+  static constexpr bool kCompresses = false;  // most pages are open on the same host
   boost::beast::websocket::stream<boost::beast::tcp_stream, kCompresses> socket_;
   ViewServerState& state_;
   boost::beast::flat_buffer input_;
