@@ -88,7 +88,9 @@ std::size_t pixels_over(double half_mm, double pixel_mm) noexcept {
 }
 
 double finest_pixel_mm(double half_width_mm, double half_length_mm) noexcept {
-  return std::sqrt(4.0 * half_width_mm * half_length_mm / kMaxPixels);
+  // A rectangle is at least three pixels wide, also one much narrower than a pixel.
+  const double three_across = 6.0 * std::max(half_width_mm, half_length_mm) / kMaxPixels;
+  return std::max(three_across, std::sqrt(4.0 * half_width_mm * half_length_mm / kMaxPixels));
 }
 
 ContactPixels contact_pixels(const PressedTip& tip, double depth_mm, double receptor_depth_mm) {

@@ -149,6 +149,12 @@ TEST(TipField, AContactMuchLongerThanWideHasALimitOfPixels) {
   EXPECT_LT(field.tables().contact.grid.pixels(), 70'000U);
   EXPECT_NEAR(field.force_mN(0.5) / SphereLaw(skin, kPlateRadius).at_depth(0.5).force_mN, 1.0,
               1e-6);
+  // Almost a knife.
+  const SkinParameters sharp{.radius_mm = 7.0, .radius_along_mm = 1e-308};
+  const TipField line({.tip = SphereTip{0.5}}, sharp);
+  EXPECT_LT(line.tables().contact.grid.pixels(), 70'000U);
+  EXPECT_NEAR(line.force_mN(0.5) / SphereLaw(sharp, 0.5).at_depth(0.5).force_mN, 1.0, 1e-6);
+  EXPECT_TRUE(std::isfinite(energy(line.at(0.0, 0.0, 0.5).stress, sharp)));
 }
 
 TEST(TipField, ASphereOnAFingerWithTwoRadiiIsEllipticHertz) {
