@@ -27,13 +27,14 @@ EQUIVALENT = ROOT / "tests/equivalent_mutations.txt"
 LEAST_KILLED = 0.9
 SLOWER = 20
 LEAST_S = 10
-# The longest matching folder decides: its test programs, and which of their tests run.
+# The longest matching folder decides: what is built, and which tests run.
 SUITES = {
-    "core/encoding": {"tests/core/merkel_encoding_tests": "*"},
-    "core": {"tests/core/merkel_core_tests": "*", "tests/core/merkel_encoding_tests": "*"},
-    "drivers/sinks": {"tests/drivers/merkel_drivers_tests": "*Sink*:*Stim*:*Csv*:*Text*", "tests/drivers/merkel_files_tests": "*"},
-    "drivers": {"tests/drivers/merkel_drivers_tests": "*", "tests/drivers/merkel_files_tests": "*"},
-    "realtime": {"tests/realtime/merkel_realtime_tests": "*"},
+    "core/encoding": (["merkel_encoding_tests"], "^encoding/"),
+    "core": (["merkel_core_tests", "merkel_encoding_tests"], "^(core|encoding)/"),
+    "drivers": (["merkel_drivers_tests", "merkel_files_tests", "merkel_devices_tests", "merkel_lsl_tests", "merkel_comedi_tests"],
+                "^(drivers|files|devices|lsl|comedi)/"),
+    "realtime": (["merkel_realtime_tests", "merkel_realtime_safety_tests"], "^realtime(_safety)?/"),
+    "tools": (["merkel", "merkel_python", "merkel_tools_tests", "merkel_attack_tests"], "^(tools|python|readers|attack)/"),
 }
 OPERATORS = [(r" <= ", " < "), (r" < ", " <= "), (r" >= ", " > "), (r" > ", " >= "), (r" == ", " != "), (r" != ", " == "),
              (r" && ", " || "), (r" \|\| ", " && "), (r" \+ ", " - "), (r" - ", " + "), (r" \* ", " / "), (r" / ", " * "),
@@ -110,7 +111,7 @@ def run(command, seconds):
 
 
 def builds(build, path):
-    return run(["cmake", "--build", build, "--target", *(suite.split("/")[-1] for suite in suites_of(path))], 3600) == 0
+    return run(["cmake", "--build", build, "--target", *suites_of(path)[0]], 3600) == 0
 
 
 def passes(build, path, most_s=3600):
@@ -118,10 +119,9 @@ def passes(build, path, most_s=3600):
     own = set()
     for file in (ROOT / "tests" / path.split("/")[0]).rglob(f"{pathlib.Path(path).stem}*_test.cpp"):
         own.update(re.findall(r"^TEST(?:_[FP])?\((\w+),", file.read_text(), re.MULTILINE))
-    filters = [":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(own))] if own else []
-    programs = suites_of(path).items()
-    return all(run([f"{build}/{program}", f"--gtest_filter={each or tests}", "--gtest_fail_fast", "--gtest_brief=1"], most_s) == 0
-               for each in [*filters, ""] for program, tests in programs)
+    chosen = [rf"/({'|'.join(sorted(own))})\."] if own else []
+    return all(run(["ctest", "--test-dir", build, "--stop-on-failure", "-j", "2", "-R", each], most_s) == 0
+               for each in [*chosen, suites_of(path)[1]])
 
 
 def outcome(mutation, build, most_s):
@@ -166,7 +166,7 @@ def main():
     if run(["git", "diff", "--quiet", "--", *changed], 60) != 0:
         sys.exit("commit the edits of these files first: a change would be mixed with them")
     most_s = {}
-    for suites, path in {tuple(suites_of(path)): path for path in changed}.items():
+    for suites, path in {suites_of(path)[1]: path for path in changed}.items():
         built = builds(arguments.build, path)
         begin = time.monotonic()
         if not built or not passes(arguments.build, path):
@@ -175,7 +175,7 @@ def main():
     counts = collections.Counter()
     try:
         for mutation in chosen:
-            result = outcome(mutation, arguments.build, most_s[tuple(suites_of(mutation.path))])
+            result = outcome(mutation, arguments.build, most_s[suites_of(mutation.path)[1]])
             counts[result] += 1
             print(f"{result:13}{described(mutation)}", flush=True)
     finally:
