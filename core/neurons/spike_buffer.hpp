@@ -23,6 +23,11 @@ class SpikeBuffer {
     const std::size_t place = std::atomic_ref(pushed_).fetch_add(1, std::memory_order_relaxed);
     if (place < events_.size()) events_[place] = event;
   }
+  /// Adds the events of another, and counts those that it dropped since clear().
+  void append(const SpikeBuffer& other) noexcept MERKEL_REALTIME {
+    for (const SpikeEvent& event : other.events()) push(event);
+    refused_ += other.pushed_ - other.events().size();
+  }
   void clear() noexcept MERKEL_REALTIME {
     refused_ = refused();
     pushed_ = 0;
@@ -42,7 +47,7 @@ class SpikeBuffer {
  private:
   std::vector<SpikeEvent> events_;
   std::size_t pushed_ = 0;     ///< since clear(), including dropped events
-  std::uint64_t refused_ = 0;  ///< before clear()
+  std::uint64_t refused_ = 0;  ///< before clear(), and by those appended
 };
 
 }  // namespace merkel

@@ -28,6 +28,7 @@ struct RunCountersOf : DeviceCountersOf<Cell> {
   Cell releases{};
   Cell spikes{};
   Cell neuron_resets{};
+  Cell spikes_refused{};
   Cell samples{};
   Cell samples_late{};
   Cell samples_dropped{};
@@ -85,6 +86,8 @@ inline constexpr auto kRunCounterFields = [] {
       Row{"spikes", "", "spikes fired", &Counters::spikes},
       Row{"neuron_resets", "", "neurons reset after a non-finite state", &Counters::neuron_resets,
           true},
+      Row{"spikes_refused", "", "spikes lost: a neuron fired more than once in a millisecond",
+          &Counters::spikes_refused, true},
       Row{"samples", "", "samples delivered by all probes", &Counters::samples},
       Row{"samples_late", "", "samples that arrived after their time was simulated",
           &Counters::samples_late, true},

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
+#include "core/neurons/hodgkin_huxley/largest_step.hpp"
 #include "core/neurons/integrate_and_fire/integrate_and_fire_group.hpp"
 #include "core/scene/afferents.hpp"
 #include "core/units.hpp"
@@ -39,24 +40,32 @@ std::string step_below(double bound_ms, std::chrono::nanoseconds tick) {
 
 /// Rejects a step at which the method would diverge or give wrong spike counts.
 Expected<void, ParameterError> check_step(const HodgkinHuxleyAfferent& afferent,
-                                          const ModelParameters& p,
+                                          const ModelParameters& p, double alone_ms,
                                           const std::optional<LatticeCoupling>& network) {
   const double exchange_per_ms =
       network ? network->largest_conductance() / afferent.neuron.capacitance_uF_per_cm2 : 0.0;
-  const double bound_ms = largest_step_ms(afferent.method, exchange_per_ms);
+  const double bound_ms = largest_step_ms(afferent.method, alone_ms, exchange_per_ms);
   if (units::ms_from(p.step) <= bound_ms) return {};
   const std::string given = shortest_decimal(units::us_from(p.step));
   const std::string bound = shortest_decimal(std::floor(1e4 * bound_ms + 1e-6) / 10.0);
   const std::string method(name_of(afferent.method));
+  if (alone_ms < kSmallestStep_ms) {
+    return Unexpected<ParameterError>(
+        {.key = "neuron.method",
+         .reason = "gives wrong spikes at any step for a neuron with these conductances and "
+                   "potentials: take them nearer to the published ones, or another method"});
+  }
   if (bound_ms < kSmallestStep_ms) {
     return Unexpected<ParameterError>(
         {.key = "network.gain",
          .reason = "couples the neurons so strongly that no step is small enough: reduce it"});
   }
-  return Unexpected<ParameterError>({.key = "neuron.step_us",
-                                     .reason = "must be at most " + bound + " for " + method +
-                                               (network ? " in this network" : "") + ", but is " +
-                                               given + ": use " + step_below(bound_ms, p.tick)});
+  return Unexpected<ParameterError>(
+      {.key = "neuron.step_us",
+       .reason =
+           "must be at most " + bound + " for " + method + (network ? " in this network" : "") +
+           (afferent.neuron == HodgkinHuxley{} ? "" : " with these conductances and potentials") +
+           ", but is " + given + ": use " + step_below(bound_ms, p.tick)});
 }
 
 }  // namespace
@@ -102,7 +111,8 @@ Expected<void, ParameterError> HodgkinHuxleyAfferent::check(const ModelParameter
 }
 
 AfferentTables HodgkinHuxleyAfferent::tables(const ModelParameters& model) const {
-  AfferentTables tables;
+  AfferentTables tables{.resting_states = {},
+                        .largest_step_alone_ms = largest_step_alone_ms(neuron, method)};
   for (std::size_t i = 0; i < model.patches.size() && !tables.resting_states; ++i) {
     if (freezes(model, i)) tables.resting_states = std::make_shared<const RestingStates>(neuron);
   }
@@ -121,7 +131,8 @@ Expected<Afferents, ParameterError> HodgkinHuxleyAfferent::afferents(
     if (!coupling) return Unexpected<ParameterError>(coupling.error());
     network = std::move(*coupling);
   }
-  if (const auto checked = check_step(*this, model, network); !checked) {
+  if (const auto checked = check_step(*this, model, tables.largest_step_alone_ms, network);
+      !checked) {
     return Unexpected<ParameterError>(checked.error());
   }
   return Afferents(std::make_unique<HodgkinHuxleyGroup>(

@@ -18,6 +18,7 @@ namespace merkel {
 /// What the afferents of all patches of a model have in common; null for other kinds of neurons.
 struct AfferentTables {
   std::shared_ptr<const RestingStates> resting_states;  ///< Hodgkin-Huxley, if frozen at rest
+  double largest_step_alone_ms = 0.0;  ///< Hodgkin-Huxley, of a neuron without neighbours
 };
 
 /// Computes them. Real-time: no.

@@ -7,31 +7,29 @@
 namespace merkel {
 namespace {
 
-using P = ModelParameters;
-
 constexpr std::string_view kLayouts[] = {"subregions", "fields"};
 
 FieldPointer kind_in(void* model) {
   return Choice{model,
                 [](const void* p) -> std::optional<std::size_t> {
-                  return static_cast<std::size_t>(static_cast<const P*>(p)->kind());
+                  return static_cast<std::size_t>(static_cast<const ModelParameters*>(p)->kind());
                 },
                 [](void* p, std::size_t index) {
-                  auto& parameters = *static_cast<P*>(p);
+                  auto& parameters = *static_cast<ModelParameters*>(p);
                   const auto kind = static_cast<NeuronKind>(index);
                   if (kind != parameters.kind()) set_kind(parameters, kind);
                 }};
 }
 
 constexpr Field kTick[] = {
-    {"tick_us", "µs", {.low = 1.0, .high = 1e6}, "length of a tick", at<&P::tick>}};
+    {"tick_us", "µs", {.low = 1.0, .high = 1e6}, "length of a tick", at<&ModelParameters::tick>}};
 constexpr Field kKind[] = {{"kind", "", one_of(kNeuronKinds),
                             "model of the neurons; the other keys depend on it", kind_in}};
 constexpr Field kStep[] = {{"step_us",
                             "µs",
                             {.low = 0.1, .high = 1e6},
                             "step of the neurons; divides the tick",
-                            at<&P::step>}};
+                            at<&ModelParameters::step>}};
 
 }  // namespace
 
@@ -84,19 +82,19 @@ BoundFields tip_fields(Indenter& indenter) {
   return fields;
 }
 
-BoundFields tick_fields(P& model) {
+BoundFields tick_fields(ModelParameters& model) {
   BoundFields fields;
   bind_fields({"loop", kTick}, &model, fields);
   return fields;
 }
 
-BoundFields neuron_kind_fields(P& model) {
+BoundFields neuron_kind_fields(ModelParameters& model) {
   BoundFields fields;
   bind_fields({"neuron", kKind}, &model, fields);
   return fields;
 }
 
-BoundFields neuron_fields(P& model) {
+BoundFields neuron_fields(ModelParameters& model) {
   BoundFields fields;
   bind_fields({"neuron", kStep}, &model, fields);
   std::visit([&](auto& afferent) { afferent.bind(fields); }, model.afferent);

@@ -288,11 +288,7 @@ std::size_t TactileModel::receptors() const noexcept {
                          });
 }
 
-std::uint64_t TactileModel::spikes_refused() const noexcept {
-  return std::accumulate(
-      state_->patches_.begin(), state_->patches_.end(), state_->spikes_.refused(),
-      [](std::uint64_t sum, const TactilePatch& patch) { return sum + patch.spikes_refused(); });
-}
+std::uint64_t TactileModel::spikes_refused() const noexcept { return state_->spikes_.refused(); }
 
 void TactileModel::State::update_rim_distance(std::span<const PlacedContact> touching) noexcept {
   for (std::size_t i = 0; i < touching.size(); ++i) {
@@ -424,7 +420,7 @@ std::span<SpikeEvent> TactileModel::step(std::span<const ContactInput> contacts_
   state_->spikes_.clear();
   state_->resets_.clear();
   for (const TactilePatch& patch : state_->patches_) {
-    for (const SpikeEvent& spike : patch.spikes()) state_->spikes_.push(spike);
+    state_->spikes_.append(patch.spikes());
     for (const SpikeEvent& reset : patch.resets()) state_->resets_.push(reset);
   }
   if (state_->patches_.size() > 1) state_->spikes_.sort();

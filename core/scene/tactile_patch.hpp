@@ -43,11 +43,9 @@ class TactilePatch {
             WorkerTeam* team) noexcept MERKEL_REALTIME;
 
   /// The spikes of the last step, in order of time.
-  [[nodiscard]] std::span<const SpikeEvent> spikes() const noexcept { return spikes_.events(); }
+  [[nodiscard]] const SpikeBuffer& spikes() const noexcept { return spikes_; }
   /// Neurons reset in the last step because of a non-finite state.
   [[nodiscard]] std::span<const SpikeEvent> resets() const noexcept;
-  /// Spikes dropped since construction because a step's buffer was full.
-  [[nodiscard]] std::uint64_t spikes_refused() const noexcept { return spikes_.refused(); }
 
   [[nodiscard]] std::size_t neurons() const noexcept { return drive_begin_.size(); }
   /// The positions of the afferents; afferent n, from 1 within the patch, is sites()[n−1].

@@ -290,6 +290,7 @@ class FixedStepLoop {
     tally_.follow(records_, made.spikes, model_);
     statistics_.spikes.add(made.spikes.size());
     statistics_.neuron_resets.add(model_.resets().size());
+    statistics_.spikes_refused.raise_to(model_.spikes_refused());
     statistics_.tick.record(timing.computed - timing.started);
     statistics_.publish.record(timing.published - timing.computed);
     if (on_time_) count_latency(made, timing);

@@ -84,6 +84,27 @@ TEST(Verdict, DemotionFailsTheRun) {
   EXPECT_TRUE(outcome([](RunReport& report) { report.demotions = 1; }).failed);
 }
 
+TEST(Verdict, NeuronsThatLeftTheRangeOfNumbersFailTheRun) {
+  const auto run = [](std::uint64_t resets, std::uint64_t refused) {
+    return outcome([=](RunReport& report) {
+      report.neuron_resets = resets;
+      report.spikes_refused = refused;
+    });
+  };
+  const std::string cause = "the input of the neurons was too large, or their steps too long: ";
+  EXPECT_TRUE(run(1, 0).failed);
+  EXPECT_EQ(run(1, 0).sentence, cause +
+                                    "1 state was no number and began anew at rest; all spikes may "
+                                    "be wrong");
+  EXPECT_EQ(run(0, 2).sentence, cause +
+                                    "2 spikes came less than a millisecond after another and were "
+                                    "lost; all spikes may be wrong");
+  EXPECT_EQ(run(3, 1).sentence, cause +
+                                    "3 states were no number and began anew at rest, and 1 spike "
+                                    "came less than a millisecond after another and was lost; all "
+                                    "spikes may be wrong");
+}
+
 /// What happens to a device in a run of ten seconds.
 Outcome of_device(const std::function<void(RunReport::ProbeReport&)>& happen) {
   return outcome([&happen](RunReport& report) {

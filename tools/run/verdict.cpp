@@ -319,6 +319,12 @@ class RunChecks {
     }
     if (report_.demotions > 0)
       add(Severity::kFailure, 0.0, "demoted", Json::object({{"demotions", report_.demotions}}));
+    if (report_.neuron_resets + report_.spikes_refused > 0) {
+      add(Severity::kFailure, 1.0, "unstable",
+          {{"resets", report_.neuron_resets},
+           {"refused", report_.spikes_refused},
+           {"energy", model_.parameters().energy_driven()}});
+    }
     if (report_.overruns > 0) {
       add(Severity::kLoss, share(report_.overruns, all), "overran",
           {{"overruns", report_.overruns},

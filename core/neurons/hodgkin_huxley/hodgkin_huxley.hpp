@@ -9,12 +9,14 @@ struct LinoidRate {
   double rate_per_ms;
   double shift_mV;
   double slope_mV;
+  bool operator==(const LinoidRate&) const = default;
 };
 
 /// β(v) = rate·e^{−v/slope}.
 struct ExponentialRate {
   double rate_per_ms;
   double slope_mV;
+  bool operator==(const ExponentialRate&) const = default;
 };
 
 /// β(v) = rate/(e^{(shift−v)/slope}+1).
@@ -22,6 +24,7 @@ struct LogisticRate {
   double rate_per_ms;
   double shift_mV;
   double slope_mV;
+  bool operator==(const LogisticRate&) const = default;
 };
 
 /// φ(x) = x/(eˣ−1), φ(0) = 1, accurate to rounding everywhere. The direct form is wrong by 10 % at
@@ -64,6 +67,8 @@ struct HodgkinHuxley {
   ExponentialRate beta_m{.rate_per_ms = 4.0, .slope_mV = 18.0};
   ExponentialRate alpha_h{.rate_per_ms = 0.07, .slope_mV = 20.0};
   LogisticRate beta_h{.rate_per_ms = 1.0, .shift_mV = 30.0, .slope_mV = 10.0};
+
+  bool operator==(const HodgkinHuxley&) const = default;
 
   [[nodiscard]] static FieldTable fields();
   [[nodiscard]] Expected<void, ParameterError> check() const;

@@ -45,13 +45,4 @@ inline constexpr std::string_view kPrecisions[] = {"double", "float"};
 [[nodiscard]] const std::vector<std::string>& integration_method_names();
 [[nodiscard]] std::optional<IntegrationMethod> integration_method_named(std::string_view name);
 
-/// The largest step at which a method neither diverges nor gives wrong spike counts, ms.
-///
-/// For a single neuron at up to 50 µA/cm², the limit is measured. A network reduces it: an explicit
-/// method diverges where dt·(λ_membrane + λ_network) exceeds its stability interval (2; RK4 2.785),
-/// with λ_network ≤ 2·Σg/C. The other methods never diverge, but beyond dt·Σg/C = ½ they lag so far
-/// behind the neighbours that the network's rates fall.
-/// \param exchange_per_ms  the largest Σg/C of a neuron's coupling to its neighbours, 1/ms
-[[nodiscard]] double largest_step_ms(IntegrationMethod method, double exchange_per_ms) noexcept;
-
 }  // namespace merkel

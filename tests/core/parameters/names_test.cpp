@@ -31,12 +31,5 @@ TEST(IntegrationMethod, NamesReadBack) {
   EXPECT_FALSE(integration_method_named("euler"));
 }
 
-// The network of `paper` exchanges 20/ms at a gain of 23 mS/cm², 1/ms at 1.16 mS/cm².
-TEST(IntegrationMethod, TheLargestStepFallsWithTheExchangeBetweenNeurons) {
-  EXPECT_NEAR(largest_step_ms(IntegrationMethod::kCrankNicolson, 20.0), 0.025, 1e-12);
-  EXPECT_NEAR(largest_step_ms(IntegrationMethod::kStaggeredMultistep, 1.0), 0.05, 1e-12);
-  EXPECT_NEAR(largest_step_ms(IntegrationMethod::kRk4, 0.0), 0.08, 1e-12);
-}
-
 }  // namespace
 }  // namespace merkel

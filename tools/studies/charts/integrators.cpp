@@ -8,11 +8,11 @@
 
 #include <fmt/core.h>
 
+#include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 #include "core/units.hpp"
 #include "drivers/files/output_file.hpp"
 #include "tools/studies/bench/population_cost.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/charts/driven_neurons.hpp"
 #include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/plot_runner.hpp"
 #include "tools/studies/report/spike_train_error.hpp"

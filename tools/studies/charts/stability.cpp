@@ -5,9 +5,9 @@
 
 #include <fmt/core.h>
 
+#include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 #include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/charts/driven_neurons.hpp"
 #include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {

@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/neurons/hodgkin_huxley/largest_step.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -40,7 +41,7 @@ std::vector<PlanOption> options_by_cost(std::chrono::nanoseconds tick, double bu
       const auto step = units::nanoseconds_from_us(kKnownSteps_us[k]);
       if (known.error_us[k] > kTableDoubt * budget_us) continue;
       if (tick % step != std::chrono::nanoseconds{0}) continue;
-      if (units::ms_from(step) > largest_step_ms(known.method, 0.0)) continue;
+      if (units::ms_from(step) > largest_step_alone_ms({}, known.method)) continue;
       found.push_back(
           {(1e-3 * kKnownSteps_us[k] < kExponentialGates_ms ? known.step_cost_ns
                                                             : known.long_step_cost_ns) /

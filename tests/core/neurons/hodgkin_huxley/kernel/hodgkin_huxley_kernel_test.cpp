@@ -7,6 +7,7 @@
 
 #include "core/math/random.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
+#include "core/neurons/hodgkin_huxley/largest_step.hpp"
 #include "core/units.hpp"
 #include "tests/core/every_simd_target.hpp"
 
@@ -243,7 +244,7 @@ TEST(MembraneKernel, ExplicitMethodsDivergeAsPredicted) {
 
 TEST(MembraneKernel, AllMethodsCountSpikesCorrectlyAtTheirLargestStep) {
   for (const IntegrationMethod method : all_methods()) {
-    const int step_us = static_cast<int>(1e3 * largest_step_ms(method, 0.0) + 1e-9) / 5 * 5;
+    const int step_us = static_cast<int>(1e3 * largest_step_alone_ms({}, method) + 1e-9) / 5 * 5;
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
       const Outcome outcome = half_a_second({}, method, step_us, 10.0, precision);
       EXPECT_EQ(outcome.spikes, kSpikesAt10) << name_of(method) << " " << step_us << " µs";
@@ -299,7 +300,8 @@ TEST(MembraneKernel, TheStepBoundOfANetworkPreventsDivergence) {
   for (const IntegrationMethod method : all_methods()) {
     for (const double gain : {1.0, 10.0, 100.0}) {
       const auto network = LatticeCoupling::create({.gain = gain}, 5, 4);
-      const double bound_us = 1e3 * largest_step_ms(method, network->largest_conductance());
+      const double bound_us = 1e3 * largest_step_ms(method, largest_step_alone_ms({}, method),
+                                                    network->largest_conductance());
       for (const int step_us : {1, 2, 5, 10, 20, 25, 40, 50, 100}) {
         if (step_us > bound_us) continue;
         EXPECT_EQ(resets_of_network(method, step_us, gain), 0U)

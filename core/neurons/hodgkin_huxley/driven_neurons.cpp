@@ -1,4 +1,4 @@
-#include "tools/studies/charts/driven_neurons.hpp"
+#include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,15 @@ namespace merkel {
 
 DrivenNeurons drive_neurons(const std::vector<double>& current, double duration_ms,
                             IntegrationMethod method, Precision precision, double step_us,
-                            const std::optional<LatticeCoupling>& network) {
+                            const std::optional<LatticeCoupling>& network,
+                            const HodgkinHuxley& neuron) {
   const auto step = units::nanoseconds_from_us(step_us);
-  HodgkinHuxleyGroup population(
-      {.method = method, .precision = precision, .step = step, .freeze_resting = false},
-      current.size(), network);
+  HodgkinHuxleyGroup population({.neuron = neuron,
+                                 .method = method,
+                                 .precision = precision,
+                                 .step = step,
+                                 .freeze_resting = false},
+                                current.size(), network);
   // A call spans a few milliseconds, in which a neuron fires at most once.
   const int steps_a_call = std::max(1, static_cast<int>(2000.0 / step_us));
   const auto steps = static_cast<int>(1e3 * duration_ms / step_us);
