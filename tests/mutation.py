@@ -33,6 +33,7 @@ SUITES = {
     "core": (["merkel_core_tests", "merkel_encoding_tests"], "^(core|encoding)/"),
     "drivers": (["merkel_drivers_tests", "merkel_files_tests", "merkel_devices_tests", "merkel_lsl_tests", "merkel_comedi_tests"],
                 "^(drivers|files|devices|lsl|comedi)/"),
+    "drivers/sinks/view": (["merkel", "merkel_drivers_tests"], "^(drivers/View.*|readers/view)"),
     "realtime": (["merkel_realtime_tests", "merkel_realtime_safety_tests"], "^realtime(_safety)?/"),
     "tools": (["merkel", "merkel_python", "merkel_tools_tests", "merkel_attack_tests"], "^(tools|python|readers|attack)/"),
 }

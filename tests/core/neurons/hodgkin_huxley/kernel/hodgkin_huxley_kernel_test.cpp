@@ -339,6 +339,8 @@ TEST(MembraneKernel, ANonFiniteStateIsResetInEveryMethodAndReportedOnce) {
         EXPECT_NEAR(population.potential_mV(i), -65.0, 1e-3) << name_of(method);
       }
       EXPECT_TRUE(spikes.events().empty());
+      population.reset();
+      EXPECT_TRUE(population.resets().empty());
     }
   }
 }
