@@ -16,14 +16,15 @@ constexpr int kPointsAcross = 3;  ///< of a taxel
 
 }  // namespace
 
+double PadProbe::Options::samples() const noexcept {
+  return (wait_s + (count - 1) * interval_s + press_s + tail_s) * rate_Hz;
+}
+
 PadProbe::PadProbe(ProbeInfo info, const Options& options)
     : info_(std::move(info)),
       options_(options),
       random_(options.seed),
-      count_(static_cast<std::uint32_t>((options.wait_s + (options.count - 1) * options.interval_s +
-                                         options.press_s + options.tail_s) *
-                                        options.rate_Hz) +
-             1) {}
+      count_(static_cast<std::uint32_t>(options.samples()) + 1) {}
 
 Expected<std::unique_ptr<Probe>, SetupError> PadProbe::open(const Uri& uri) {
   UriOptions given(uri);
@@ -46,10 +47,7 @@ Expected<std::unique_ptr<Probe>, SetupError> PadProbe::open(const Uri& uri) {
   if (options.columns * options.rows > 1024) {
     return bad_input("\"" + uri.text + "\" has more than 1024 taxels: reduce columns or rows");
   }
-  const double samples =
-      (options.wait_s + options.count * options.interval_s + options.press_s + options.tail_s) *
-      options.rate_Hz;
-  if (samples > 4e9) {
+  if (options.samples() > 4e9) {
     return bad_input("\"" + uri.text + "\" makes more than 4e9 samples: reduce its count or rate");
   }
   ProbeInfo info{.uri = uri.text,

@@ -38,6 +38,8 @@ class PadProbe final : public Probe {
     double rate_Hz = 1000.0;
     double noise_kPa = 0.0;
     std::uint64_t seed = 1;
+
+    [[nodiscard]] double samples() const noexcept;
   };
   PadProbe(ProbeInfo info, const Options& options);
   /// \return the force, mN

@@ -1,7 +1,9 @@
 #include "drivers/probes/sim_probe.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <numbers>
 #include <regex>
 #include <string>
 #include <utility>
@@ -63,20 +65,17 @@ TEST(SimProbe, TapsHaveTheRequestedCount) {
 }
 
 TEST(SimProbe, SineSwingsAboutItsDepth) {
-  const auto samples =
-      samples_of("sim:sine?depth_mm=1&amplitude_mm=0.25&frequency_hz=10&hold_s=1&ramp_s=0.1");
-  double low = 9.0;
-  double high = 0.0;
+  const auto samples = samples_of(
+      "sim:sine?depth_mm=1&amplitude_mm=0.25&frequency_hz=10&wait_s=0.2&hold_s=1&ramp_s=0.1");
+  int held = 0;
   for (const ProbeSample& sample : samples) {
-    if (sample.time < std::chrono::milliseconds{310} ||
-        sample.time > std::chrono::milliseconds{1290}) {
-      continue;
-    }
-    low = std::min(low, sample.depth_mm);
-    high = std::max(high, sample.depth_mm);
+    const double time_s = std::chrono::duration<double>(sample.time).count();
+    if (time_s < 0.301 || time_s > 1.299) continue;
+    const double phase = 2.0 * std::numbers::pi * 10.0 * (time_s - 0.3);
+    EXPECT_NEAR(sample.depth_mm, 1.0 + 0.25 * std::sin(phase), 1e-9) << time_s;
+    ++held;
   }
-  EXPECT_NEAR(low, 0.75, 1e-3);
-  EXPECT_NEAR(high, 1.25, 1e-3);
+  EXPECT_GT(held, 900);
 }
 
 TEST(SimProbe, SlideMovesWhilePressed) {
@@ -110,6 +109,16 @@ TEST(SimProbe, ScanSlidesInPassesAndReturnsLifted) {
   EXPECT_NEAR(places[0], 15.4, 1e-9);  // counterclockwise from the direction is −x
   EXPECT_NEAR(places[1], 15.0, 1e-9);
   EXPECT_NEAR(places[2], 14.6, 1e-9);
+}
+
+TEST(SimProbe, APadIsRolledAsOftenAsSaid) {
+  const auto samples =
+      samples_of("sim:pad?count=3&wait_s=0.2&tap_s=0.5&interval_s=1&tail_s=0.305&rate_hz=100");
+  ASSERT_EQ(samples.size(), 301U);
+  for (const std::size_t press : {0U, 1U, 2U}) {
+    EXPECT_NEAR(samples[45 + 100 * press].force_mN, 1000.0, 20.0) << press;  // the sum of taxels
+    EXPECT_EQ(samples[80 + 100 * press].force_mN, 0.0) << press;
+  }
 }
 
 TEST(SimProbe, ForceInsteadOfDepth) {

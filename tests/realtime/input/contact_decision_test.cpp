@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -276,6 +277,15 @@ TEST(ContactDecision, WithoutAThresholdTheReadingThatDrivesTheModelDecides) {
   }
 }
 
+TEST(ContactDecision, TheThresholdOfDepthIsATouch) {
+  for (const auto& [depth_mm, touching] : {std::pair{0.0299, false}, {0.03, true}}) {
+    ContactDecision decision({.contact_mm = 0.03}, false);
+    ProbeSample sample{.depth_mm = depth_mm, .channels = ProbeSample::kDepth};
+    decision.decide(sample);
+    EXPECT_EQ(touches(sample), touching) << depth_mm;
+  }
+}
+
 TEST(ContactDecision, TheZeroOfTheStartIsTheMeanOfHalfASecond) {
   Parameters parameters = kGauge;
   parameters.zero = ContactDecision::Zero::kStart;
@@ -296,7 +306,9 @@ TEST(ContactDecision, ATareStartsTheZeroAnew) {
     if (i == 50'000) sample.touch = Touch::kTared;
     decision.decide(sample);
     ASSERT_FALSE(touches(sample)) << i;
-    if (i > 50'000) ASSERT_NEAR(sample.zero_mN, 0.0, 8.0) << i;
+    if (i > 50'000) {
+      ASSERT_NEAR(sample.zero_mN, 0.0, 8.0) << i;
+    }
   }
   EXPECT_NEAR(sample.zero_mN, 0.0, 1.0);
 }
