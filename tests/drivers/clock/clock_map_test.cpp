@@ -91,6 +91,7 @@ TEST(ClockMap, EventsTooCloseForARateGiveTheirMeanOffset) {
       seconds{0}, seconds{1000});
   EXPECT_EQ(fit.map(seconds{500}), seconds{510} + std::chrono::milliseconds{2});
   EXPECT_EQ(fit.residual, std::chrono::milliseconds{2});
+  EXPECT_EQ(fit.map.rate(), 0.0);
   EXPECT_FALSE(fit_clocks({{seconds{10}, seconds{20}}}, seconds{0}, seconds{1000}).residual);
 }
 

@@ -359,6 +359,14 @@ TEST_F(ComediProbe, LongSamplesAndTheEndsOfARangeAreRead) {
   EXPECT_TRUE(stream.readings[2].saturated);
   EXPECT_EQ(stream.readings[2].device_time, 2 * opened->period);
   EXPECT_EQ(stream.counts.bytes, 12U);
+  EXPECT_FALSE(stream.readings[0].rebooted);
+  // A card that starts anew counts from 0, also after a single scan.
+  for (int start = 0; start < 2; ++start) {
+    protocol->begin({}, stream);
+    protocol->take(std::span(bytes).first(4), seconds{1}, stream);
+    EXPECT_TRUE(stream.readings.back().rebooted);
+    EXPECT_EQ(stream.readings.back().device_time, nanoseconds{0});
+  }
 }
 
 TEST_F(ComediProbe, WhatTheCardCannotDoIsRefusedWithTheRemedy) {
