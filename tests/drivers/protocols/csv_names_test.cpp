@@ -21,6 +21,18 @@ double named_value(const Talk& talk, const std::string& name, std::size_t back =
   return -1.0;
 }
 
+TEST(LaterHeaders, TheEndOfTheSameHeaderChangesNothing) {
+  Talk talk("csv");
+  talk.take("time_ms,thumb_N,palm_N\n1,0.5,0.25\n");
+  talk.protocol->begin(talk.now, talk.stream);  // plugged in again, within the header
+  talk.take("umb_N,palm_N\n2,9\n3,0.125,0.75\n");
+  EXPECT_EQ(talk.stream.counts.damaged, 1U);  // a row without its third value
+  EXPECT_TRUE(talk.stream.notices.empty());
+  ASSERT_EQ(talk.stream.readings.size(), 2U);
+  EXPECT_EQ(named_value(talk, "thumb"), 0.125);
+  EXPECT_EQ(named_value(talk, "palm"), 0.75);
+}
+
 TEST(LaterHeaders, ColumnsInAnotherOrderAndUnitKeepTheirChannels) {
   Talk talk("csv");
   talk.take("time_ms,thumb_N,palm_N\n1,0.5,0.25\n");
