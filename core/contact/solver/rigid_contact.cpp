@@ -76,12 +76,11 @@ void RigidContact::set_gap(const HeightMap& gap) noexcept {
       gap_[i] = bare(gap, i) ? std::numeric_limits<double>::infinity() : gap.height_mm[i];
       const bool whole = gap.coverage[i] > 1.0 - kMinCoverage;
       compliance_[i] = 0.0;
-      covered_[i] = 1.0;
+      covered_[i] = whole ? 1.0 : gap.coverage[i];
       if (!gap.rims.empty() && gap.rims[i].known) {
         compliance_[i] = gap.rims[i].compliance * grid_.pixel_mm / modulus_kPa_;
         continue;
       }
-      covered_[i] = whole ? 1.0 : gap.coverage[i];
       if (bare(gap, i) || (whole && !beside_drop(gap, column, row))) continue;
       const double share = gap.coverage[i] + kRimShift;
       compliance_[i] = kRimCompliance * (1.0 / share - 1.0) * grid_.pixel_mm / modulus_kPa_;

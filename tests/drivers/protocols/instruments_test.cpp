@@ -333,6 +333,8 @@ TEST(HidFields, ReadsBitsWhereTheMapSays) {
   const auto protocol =
       hid("report_id=3&fields=force_N:0:16:s:0.5,depth_um:20:12:u:10,seq:32:8:u,time_us:40:24:u");
   ASSERT_TRUE(protocol.has_value()) << protocol.error().sentence;
+  EXPECT_EQ((*protocol)->expected(""), "reports with the id 3 of at least 9 bytes");
+  EXPECT_EQ((*hid("fields=force_N:0:12:s:1"))->expected(""), "reports of at least 2 bytes");
   DeviceStream stream;
   const auto report = [&](std::vector<std::uint8_t> bytes) {
     (*protocol)->take(bytes, std::chrono::nanoseconds{5}, stream);

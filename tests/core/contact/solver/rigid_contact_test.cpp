@@ -92,9 +92,11 @@ TEST(RigidContact, TheRimOfAFlatEndActsWhereItIs) {
     for (const double diameter : {1.0, 1.03, 1.07}) {
       const auto across = 2 * static_cast<std::size_t>(std::ceil(0.5 * diameter / pixel)) + 1;
       RigidContact solver = contact(pin_height(diameter, 0.0), pixel, across, across);
-      EXPECT_NEAR(solver.press(0.5, kFine).force_mN / (0.5 * diameter * kSkinModulus), 1.0,
+      const RigidContact::Solution solution = solver.press(0.5, kFine);
+      EXPECT_NEAR(solution.force_mN / (0.5 * diameter * kSkinModulus), 1.0,
                   pixel > 0.1 ? 0.015 : 0.005)
           << pixel << " " << diameter;
+      EXPECT_NEAR(solution.area_mm2 / (0.25 * pi * diameter * diameter), 1.0, 0.005);
     }
   }
 }
