@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/threads/host_time.hpp"
@@ -139,6 +140,18 @@ TEST(SpinningTeam, SetsUpEachWorkerOnItsOwnThread) {
 TEST(SpinningTeam, EndsWithoutHavingWorked) {
   const auto team = team_of(4);
   EXPECT_EQ(team->size(), 4);
+}
+
+TEST(SpinningTeam, CountsTheCoresThatItMayUse) {
+  int cores = 0;
+  std::thread([&cores] {
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(static_cast<std::size_t>(::sched_getcpu()), &one);
+    ASSERT_EQ(::sched_setaffinity(0, sizeof one, &one), 0);
+    cores = SpinningTeam::available_cores();
+  }).join();
+  EXPECT_EQ(cores, 1);
 }
 
 TEST(SpinningTeam, RefusesMoreThreadsThanCores) {
