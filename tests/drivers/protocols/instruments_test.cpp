@@ -107,7 +107,9 @@ TEST(Mark10, ReadsWhatTheGaugeDisplays) {
   EXPECT_EQ(talk.stream.counts.damaged, 4U);
   talk.take("1 stone\r\n");
   EXPECT_NE(talk.protocol->error_message().find("unknown unit \"stone\""), std::string::npos);
+  talk.take("3 N 1 stone\r\n5\r\n4 N 6\r\n4 N x\r\n");  // in part
   EXPECT_EQ(talk.stream.readings.size(), 6U);
+  EXPECT_EQ(talk.stream.counts.damaged, 9U);
 }
 
 TEST(Mark10, NumbersWithoutUnitTakeTheUsers) {

@@ -49,6 +49,20 @@ TEST(TraceReader, ReadsColumnsInAnyOrderWithCommentsAndBlanks) {
   EXPECT_FALSE((*samples)[0].has(ProbeSample::kForce));
 }
 
+TEST(TraceReader, TakesAValidityThatIsATime) {
+  const TemporaryFolder folder;
+  const auto samples = read_all(folder.file(
+      "t.csv",
+      "time_s,depth_mm\n0,1\n# valid_for_s=0.25\n1,1\n# valid_for_s=-1\n2,1\n# valid_for_s=x\n3,1\n"
+      "# valid_for_s=0\n4,1\n"));
+  ASSERT_TRUE(samples) << samples.error().sentence;
+  ASSERT_EQ(samples->size(), 5U);
+  constexpr int kExpected_ms[] = {0, 250, 250, 250, 0};
+  for (std::size_t i = 0; i < samples->size(); ++i) {
+    EXPECT_EQ((*samples)[i].valid_for, std::chrono::milliseconds{kExpected_ms[i]}) << i;
+  }
+}
+
 TEST(TraceReader, TakesForcesInNewtons) {
   const TemporaryFolder folder;
   const auto samples = read_all(folder.file("t.csv", "time_s,force_N\n0,0.25\n"));
