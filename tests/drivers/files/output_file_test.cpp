@@ -1,5 +1,6 @@
 #include "drivers/files/output_file.hpp"
 
+#include <cerrno>
 #include <thread>
 
 #include <fcntl.h>
@@ -7,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "drivers/files/file_rename.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -23,6 +25,20 @@ TEST(OutputFile, DoesNotLookWholeBeforeItIsClosed) {
   EXPECT_TRUE(file->close());
   EXPECT_EQ(read_file(folder.path("out.csv")), "a,b\n");
   EXPECT_FALSE(std::filesystem::exists(folder.path("out.csv.part")));
+}
+
+TEST(FileRename, ReplacesOnlyWhereItMay) {
+  const TemporaryFolder folder;
+  const std::string first = folder.file("first", "1");
+  const std::string second = folder.file("second", "2");
+  EXPECT_EQ(rename_to(first, second, false), EEXIST);
+  EXPECT_EQ(read_file(second), "2");
+  errno = EIO;  // of something before
+  EXPECT_EQ(rename_to(first, second, true), 0);
+  EXPECT_EQ(read_file(second), "1");
+  EXPECT_EQ(rename_to(first, second, true), ENOENT);
+  EXPECT_EQ(rename_to(second, first, false), 0);
+  EXPECT_EQ(read_file(first), "1");
 }
 
 TEST(OutputFile, AnAbandonedFileKeepsItsPartName) {

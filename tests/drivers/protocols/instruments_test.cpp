@@ -202,6 +202,7 @@ TEST(OptoForce, ReadsTheCapturedFrame) {
   const Bytes config = {0xAA, 0x00, 0x32, 0x03, 0x0A, 0x04, 0x01, 0x00, 0xEE};
   EXPECT_EQ(talk.stream.outgoing, config);
   talk.take(kOptoForceFrame);
+  EXPECT_EQ(talk.stream.counts.bytes, kOptoForceFrame.size());
   ASSERT_EQ(talk.stream.readings.size(), 1U);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceX), -0.9);
   EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kForceY), -0.5);
