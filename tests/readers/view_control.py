@@ -3,10 +3,11 @@ import itertools
 import json
 import os
 import re
+import signal
 import time
 
 import merkel_program
-from view_page import Page
+from view_page import LIVE_PRESS, Page
 from web_socket import WebSocket
 from xdf_reader import Xdf
 
@@ -19,7 +20,8 @@ class Control(Page):
 
     def test_marks_and_recordings_need_the_token_and_reach_the_session(self):
         session = self.path("whole.xdf")
-        program, token = self.steer("--sink", f"xdf:{session}")
+        # Longer than the test needs on any host: it ends the run itself.
+        program, token = self.steer("--sink", f"xdf:{session}", probe=LIVE_PRESS.replace("count=20", "count=400"))
         with WebSocket(self.port) as stranger, WebSocket(self.port, token="0" * 32) as liar, \
                 WebSocket(self.port, token=token) as owner:
             for client, allowed in ((stranger, False), (liar, False), (owner, True)):
@@ -40,6 +42,8 @@ class Control(Page):
                     break
             owner.send("mark in the recording")
             owner.send("record stop")
+            next(frame for frame in frames if not frame.flags & 4)
+            program.send_signal(signal.SIGINT)
             rest = list(frames)
         self.assertTrue(rest[-1].over)
         self.assertFalse(rest[-1].flags & 4)
