@@ -1,6 +1,5 @@
 """Shared by the tests of the live page: a program that serves it, and a browser that shows it."""
 import atexit
-import json
 import os
 import unittest
 
@@ -63,10 +62,9 @@ class Page(merkel_program.TestCase):
         except ConnectionError:
             return False
 
-    def summary(self, program, code=0):
+    def summary(self, program, failed_by=frozenset()):
         out, err = program.communicate(timeout=60)
-        self.assertEqual(program.returncode, code, err)
-        return json.loads(out)
+        return self.live_summary(out, err, program.returncode, failed_by)
 
 
 class BrowserPage(Page):

@@ -61,11 +61,7 @@ class Protocol(Page):
         with WebSocket(self.port) as client:
             client.receive()
             frames = list(client.frames())
-        out, err = program.communicate(timeout=60)
-        # The device is a program of its own: while a busy host keeps it from sending, touch is lost, and nothing else may be.
-        failures = {finding["kind"] for finding in json.loads(out)["verdict"] if finding["severity"] == "failure"}
-        self.assertLessEqual(failures, {"touch_lost"}, err)
-        self.assertEqual(program.returncode, len(failures), err)
+        self.summary(program)
         edges = Xdf(session).streams["merkel.sync"]
         pulses = [stamp for stamp, level in zip(edges.stamps, edges.column("level")) if level == 1]
         shown = [news["t"] for frame in frames for news in frame.news if news["kind"] == "sync"]

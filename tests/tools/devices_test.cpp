@@ -20,9 +20,10 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-// A jitter buffer long enough that no tick is late, even on a busy machine.
+// A jitter buffer and a patience so long that no tick is late and no press is released, even on a
+// machine that stands still for a second.
 constexpr const char* kPatientScene =
-    "[probe]\ndelay_ms = 400\n[loop]\nstale_after_ms = 200\n"
+    "[probe]\ndelay_ms = 2000\n[loop]\nstale_after_ms = 1500\n"
     "max_catch_up_ticks = 1000000\n";
 constexpr const char* kDuration = "0.8";
 
@@ -30,7 +31,6 @@ struct DeviceRun {
   std::string spikes;
   std::string replayed;
   nlohmann::json summary;
-  std::string err;
 };
 
 /// A spike file without its leading comments.
@@ -48,7 +48,6 @@ DeviceRun run_and_replay(const std::string& uri) {
                    "csv:" + folder.path("live.csv"), "--duration-s", kDuration, "--json"});
   EXPECT_EQ(live.exit_code, 0) << live.err;
   if (live.exit_code != 0) return result;
-  result.err = live.err;
   result.summary = nlohmann::json::parse(live.out);
   result.spikes = rows_of_spikes(read_file(folder.path("live.csv")));
   const auto replay =
@@ -59,24 +58,11 @@ DeviceRun run_and_replay(const std::string& uri) {
   return result;
 }
 
-/// Repeats a run in which the machine stopped for longer than the jitter buffer.
-template <class Run>
-DeviceRun undisturbed(Run run) {
-  DeviceRun result = run();
-  for (int k = 0; k < 4 && !result.summary.is_null(); ++k) {
-    if (result.summary["probes"][0]["late"] == 0) break;
-    result = run();
-  }
-  return result;
-}
-
 class EveryDevice : public testing::TestWithParam<std::string_view> {};
 
 TEST_P(EveryDevice, SpikesAreThoseOfTheReplayOfWhatWasRead) {
-  const DeviceRun run = undisturbed([] {
-    RunningDevice device(GetParam(), {});
-    return run_and_replay(device.uri());
-  });
+  RunningDevice device(GetParam(), {});
+  const DeviceRun run = run_and_replay(device.uri());
   ASSERT_FALSE(run.summary.is_null());
   const auto& probe = run.summary["probes"][0];
   EXPECT_EQ(probe["late"], 0);
@@ -120,13 +106,11 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
   for (ProbeSample& sample : press) sample.channels = ProbeSample::kDepth;
   auto writer = TraceWriter::create(folder.path("press.csv"), ProbeSample::kDepth, {}, false);
   ASSERT_TRUE(writer && writer->write(press) && writer->close());
-  const DeviceRun live = undisturbed([&press] {
-    RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
-                                                   .trace = press,
-                                                   .baud = 500000,
-                                                   .faults = {.split = true}});
-    return run_and_replay(device.uri() + "&clock=device");
-  });
+  RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
+                                                 .trace = press,
+                                                 .baud = 500000,
+                                                 .faults = {.split = true}});
+  const DeviceRun live = run_and_replay(device.uri() + "&clock=device");
   ASSERT_FALSE(live.summary.is_null());
   ASSERT_EQ(live.summary["probes"][0]["late"], 0);
   const auto replay = run_program({"run", folder.file("s.toml", kPatientScene), "--fast", "--probe",
@@ -140,19 +124,20 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
 
 TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
   const TemporaryFolder folder;
-  const DeviceRun run = undisturbed([&folder] {
-    RunningDevice device("hbf1", {.unplug_at = milliseconds{300}, .unplug_for = milliseconds{250}},
-                         folder.path("tty"));
-    return run_and_replay(device.uri());
-  });
-  ASSERT_FALSE(run.summary.is_null());
-  const auto& probe = run.summary["probes"][0];
+  const std::string scene = folder.file("s.toml", "[loop]\nstale_after_ms = 200\n");
+  RunningDevice device("hbf1", {.unplug_at = milliseconds{300}, .unplug_for = milliseconds{250}},
+                       folder.path("tty"));
+  const auto run = run_program({"run", scene, "--probe", device.uri(), "--duration-s", "1.5",
+                                "--sink", "xdf:" + folder.path("s.xdf"), "--json"});
+  EXPECT_NE(run.exit_code, 2) << run.err;
+  const auto probe = nlohmann::json::parse(run.out)["probes"][0];
   EXPECT_EQ(probe["device"]["outages"], 1);
-  EXPECT_EQ(probe["releases"], 1);
+  EXPECT_GE(probe["releases"], 1);
   EXPECT_GT(probe["device"]["lost"], 100);
   EXPECT_NE(run.err.find("is disconnected"), std::string::npos);
   EXPECT_TRUE(std::regex_search(run.err, std::regex("is back after 0[.][0-9]+ s\n"))) << run.err;
-  EXPECT_EQ(run.spikes, run.replayed);
+  const auto replay = run_program({"replay", folder.path("s.xdf")});
+  EXPECT_NE(replay.out.find("bit-identical"), std::string::npos) << replay.out << replay.err;
 }
 
 TEST(Devices, ARecordingEndsAfterItsDurationThoughTheDeviceIsGone) {

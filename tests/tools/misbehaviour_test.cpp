@@ -120,7 +120,7 @@ TEST_P(EveryMisbehaviour, IsCountedByTheProgram) {
   const TemporaryFolder folder;
   RunningDevice device("hbf1", misbehaviour.faults, folder.path("tty"));
   const auto run =
-      run_program({"record", device.uri(), folder.path("t.csv"), "--duration-s", "0.8", "--json"});
+      run_program({"record", device.uri(), folder.path("t.csv"), "--duration-s", "1.6", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto summary = Json::parse(run.out);
   EXPECT_GT(count_of(summary, "samples"), 300U);
