@@ -33,7 +33,7 @@ SUITES = {
     "core": (["merkel_core_tests", "merkel_encoding_tests"], "^(core|encoding)/"),
     "drivers": (["merkel_drivers_tests", "merkel_files_tests", "merkel_devices_tests", "merkel_lsl_tests", "merkel_comedi_tests"],
                 "^(drivers|files|devices|lsl|comedi)/"),
-    "drivers/sinks/view": (["merkel", "merkel_drivers_tests"], "^(drivers/View.*|readers/view)"),
+    "drivers/sinks/view": (["merkel", "merkel_drivers_tests"], "^(drivers/|readers/view)"),
     "realtime": (["merkel_realtime_tests", "merkel_realtime_safety_tests"], "^realtime(_safety)?/"),
     "tools": (["merkel", "merkel_python", "merkel_tools_tests", "merkel_attack_tests"], "^(tools|python|readers|attack)/"),
 }
@@ -120,9 +120,9 @@ def passes(build, path, most_s=3600):
     own = set()
     for file in (ROOT / "tests" / path.split("/")[0]).rglob(f"{pathlib.Path(path).stem}*_test.cpp"):
         own.update(re.findall(r"^TEST(?:_[FP])?\((\w+),", file.read_text(), re.MULTILINE))
-    chosen = [rf"/({'|'.join(sorted(own))})\."] if own else []
-    return all(run(["ctest", "--test-dir", build, "--stop-on-failure", "-j", "2", "-R", each], most_s) == 0
-               for each in [*chosen, suites_of(path)[1]])
+    suite = suites_of(path)[1]
+    chosen = [rf"{suite}(.*/)?({'|'.join(sorted(own))})\."] if own else []
+    return all(run(["ctest", "--test-dir", build, "--stop-on-failure", "-j", "2", "-R", each], most_s) == 0 for each in [*chosen, suite])
 
 
 def outcome(mutation, build, most_s):

@@ -88,7 +88,6 @@ std::size_t pixels_over(double half_mm, double pixel_mm) noexcept {
 }
 
 double finest_pixel_mm(double half_width_mm, double half_length_mm) noexcept {
-  // A rectangle is at least three pixels wide, also one much narrower than a pixel.
   const double three_across = 6.0 * std::max(half_width_mm, half_length_mm) / kMaxPixels;
   return std::max(three_across, std::sqrt(4.0 * half_width_mm * half_length_mm / kMaxPixels));
 }

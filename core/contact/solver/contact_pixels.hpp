@@ -36,7 +36,8 @@ struct ContactPixels {
 /// Pixels, or nodes, on both sides of a middle, so that they cover a half width: an odd number.
 [[nodiscard]] std::size_t pixels_over(double half_mm, double pixel_mm) noexcept;
 
-/// The pixel of which kMaxPixels cover a rectangle of these half sides: a finer one is too fine.
+/// The pixel of which kMaxPixels cover a rectangle of these half sides, which is at least three
+/// pixels wide: a finer one is too fine.
 [[nodiscard]] double finest_pixel_mm(double half_width_mm, double half_length_mm) noexcept;
 
 /// Most pixels of a contact, fewest nodes per receptor depth, and the largest pixel, in depths of

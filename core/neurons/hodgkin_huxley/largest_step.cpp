@@ -9,38 +9,30 @@
 namespace merkel {
 namespace {
 
-/// Of the published neuron, measured: `merkel chart` draws where each method fails.
-double published_ms(IntegrationMethod method) noexcept {
+struct Limit {
+  double published_ms;  ///< largest step of the published neuron, measured (`merkel chart`)
+  /// How much a method may lose to the neighbours in a step; 0: it cannot diverge.
+  double interval = 0.0;
+};
+
+Limit limit_of(IntegrationMethod method) noexcept {
   switch (method) {
     case IntegrationMethod::kForwardEuler:
     case IntegrationMethod::kHeun:
-    case IntegrationMethod::kExponentialEuler:
-      return 0.055;
+      return {.published_ms = 0.055, .interval = 2.0};
     case IntegrationMethod::kRk4:
-      return 0.08;
+      return {.published_ms = 0.08, .interval = 2.785};
     case IntegrationMethod::kStaggeredMultistep:
-      return 0.0625;
+      // Neighbours are extrapolated, the outflow is implicit: measured on the lattice.
+      return {.published_ms = 0.0625, .interval = 0.5};
+    case IntegrationMethod::kExponentialEuler:
+      return {.published_ms = 0.055};
     case IntegrationMethod::kBackwardEuler:
     case IntegrationMethod::kRushLarsen:
     case IntegrationMethod::kCrankNicolson:
-      return 0.125;
+      return {.published_ms = 0.125};
   }
-  return 0.0;
-}
-
-/// How fast a method may lose what flows to the neighbours; 0: it cannot diverge.
-double stability_interval(IntegrationMethod method) noexcept {
-  switch (method) {
-    case IntegrationMethod::kForwardEuler:
-    case IntegrationMethod::kHeun:
-      return 2.0;
-    case IntegrationMethod::kRk4:
-      return 2.785;
-    case IntegrationMethod::kStaggeredMultistep:
-      return 0.5;  // neighbours are extrapolated, the outflow is implicit: measured on the lattice
-    default:
-      return 0.0;
-  }
+  return {.published_ms = 0.0};
 }
 
 constexpr std::size_t kCurrents = 16;
@@ -77,10 +69,11 @@ bool agree(const std::vector<int>& counts, const std::vector<int>& exact) {
 }  // namespace
 
 double largest_step_alone_ms(const HodgkinHuxley& neuron, IntegrationMethod method) {
-  if (neuron == HodgkinHuxley{}) return published_ms(method);
+  const double published_ms = limit_of(method).published_ms;
+  if (neuron == HodgkinHuxley{}) return published_ms;
   const auto exact = spike_counts(neuron, IntegrationMethod::kCrankNicolson, kExact_us);
   if (exact.empty()) return 0.0;
-  for (double step_us = 1e3 * published_ms(method); step_us >= kLeast_us; step_us *= kSmaller) {
+  for (double step_us = 1e3 * published_ms; step_us >= kLeast_us; step_us *= kSmaller) {
     if (agree(spike_counts(neuron, method, step_us), exact)) return 1e-3 * step_us;
   }
   return 0.0;
@@ -88,7 +81,7 @@ double largest_step_alone_ms(const HodgkinHuxley& neuron, IntegrationMethod meth
 
 double largest_step_ms(IntegrationMethod method, double alone_ms, double exchange_per_ms) noexcept {
   if (!(exchange_per_ms > 0.0)) return alone_ms;
-  const double interval = stability_interval(method);
+  const double interval = limit_of(method).interval;
   return interval > 0.0 ? 1.0 / (1.0 / alone_ms + 2.0 * exchange_per_ms / interval)
                         : std::min(alone_ms, kLargestExchange / exchange_per_ms);
 }

@@ -187,7 +187,6 @@ TEST_F(ComediProbe, EveryScanArrivesOnceAndInItsPlace) {
   std::uint64_t first = 0;
   double worst_us = 0.0;
   const nanoseconds begin = card.clock.time;
-  nanoseconds first_time{0};
   while (card.clock.time < begin + seconds{120}) {
     const auto read = probe->read(readings, milliseconds{10});
     ASSERT_TRUE(read);

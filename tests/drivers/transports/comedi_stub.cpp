@@ -100,7 +100,9 @@ ssize_t read(int descriptor, void* bytes, size_t size) {
 }
 
 #pragma GCC diagnostic push
+#ifndef __clang__
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"  // glibc declares that it only writes
+#endif
 int ppoll(pollfd* watched, nfds_t count, const timespec* timeout, const sigset_t* mask) {
   if (count == 1 && watched->fd >= 0 && watched->fd == open_card.descriptor) {
     fake_comedi_card->clock.time +=
