@@ -37,8 +37,8 @@ bool read_header(std::string_view text, XdfStream& stream) {
   stream.period_s = rate_Hz > 0.0 ? 1.0 / rate_Hz : 0.0;
   for (const auto& [format, bytes] : kXdfFormats) {
     if (format != stream.format) continue;
-    stream.value_bytes = bytes;
-    stream.channels = info.child("channel_count").text().as_uint();
+    stream.form.value_bytes = bytes;
+    stream.form.channels = info.child("channel_count").text().as_uint();
   }
   return true;
 }
@@ -122,33 +122,9 @@ Expected<bool, SetupError> XdfFile::next(XdfChunk& chunk) {
   }
 }
 
-bool XdfStream::for_each_sample(std::string_view content, const Take& take) {
-  ByteSpan bytes(content);
-  std::uint64_t count = 0;
-  const bool texts = value_bytes == 0;
-  if (!bytes.take_count(count) || count > bytes.left()) return false;
-  if (count > 0 && channels > bytes.left()) return false;
-  std::vector<std::string_view> row(texts && count > 0 ? channels : 1);
-  for (std::uint64_t i = 0; i < count; ++i) {
-    std::uint8_t stamped = 0;
-    if (!bytes.take(stamped) || (stamped != 0 && stamped != sizeof stamp_s)) return false;
-    if (stamped == 0) {
-      stamp_s += period_s;
-    } else if (!bytes.take(stamp_s)) {
-      return false;
-    }
-    for (std::string_view& values : row) {
-      std::uint64_t length = value_bytes * channels;
-      if ((texts && !bytes.take_count(length)) || !bytes.take_text(length, values)) return false;
-    }
-    take(row);
-  }
-  return bytes.left() == 0;
-}
-
 Expected<std::map<std::uint32_t, XdfStream>, SetupError> read_xdf_streams(
-    XdfFile& file, const std::function<void(std::uint32_t number, const XdfStream& stream,
-                                            std::span<const std::string_view> row)>& take) {
+    XdfFile& file,
+    const std::function<void(std::uint32_t number, const XdfStream& stream, XdfRow row)>& take) {
   std::map<std::uint32_t, XdfStream> streams;
   XdfChunk chunk;
   file.rewind();
@@ -175,9 +151,8 @@ Expected<std::map<std::uint32_t, XdfStream>, SetupError> read_xdf_streams(
       if (!read_offset(bytes, stream.offsets)) {
         return file.damaged("an offset of clocks has an invalid value");
       }
-    } else if (stream.channels > 0 && !stream.for_each_sample(content, [&](const auto& row) {
-                 take(number, stream, row);
-               })) {
+    } else if (stream.form.channels > 0 &&
+               !stream.for_each_sample(content, [&](XdfRow row) { take(number, stream, row); })) {
       return file.damaged("the samples of " + stream.name + " do not have the form of its header");
     }
   }

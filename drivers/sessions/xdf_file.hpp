@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "core/expected.hpp"
 #include "drivers/clock/clock_line.hpp"
 #include "drivers/sessions/session_format.hpp"
+#include "drivers/sessions/xdf_samples.hpp"
 
 namespace merkel {
 
@@ -64,28 +64,31 @@ class XdfFile {
 
 /// A stream of an XDF file, of whichever program.
 struct XdfStream {
-  /// Takes the values of a sample, whose stamp is stamp_s: all bytes as one view or, of texts, a
-  /// view for each channel.
-  using Take = std::function<void(std::span<const std::string_view> row)>;
-
   std::string header;  ///< XML
   std::string name;
-  std::string format;             ///< "float32", …
-  std::uint64_t value_bytes = 0;  ///< of a channel; 0: texts
-  std::uint64_t channels = 0;     ///< 0: of unknown form
-  double period_s = 0.0;          ///< from a sample to one without a stamp
-  double stamp_s = 0.0;           ///< of the last sample, on the stream's clock
+  std::string format;  ///< "float32", …
+  XdfForm form;
+  double period_s = 0.0;  ///< from a sample to one without a stamp
+  double stamp_s = 0.0;   ///< of the last sample, on the stream's clock
   ClockOffsets offsets;
 
-  /// Passes the samples of a chunk. False if the bytes do not have the stream's form.
-  [[nodiscard]] bool for_each_sample(std::string_view content, const Take& take);
+  /// Calls take(XdfRow) for each sample of a chunk, whose stamp is stamp_s.
+  /// \return false if the bytes do not have the stream's form
+  template <class Take>
+  [[nodiscard]] bool for_each_sample(std::string_view content, const Take& take) {
+    return for_each_xdf_sample(content, form, [&](std::optional<double> stamp, XdfRow row) {
+      stamp_s = stamp.value_or(stamp_s + period_s);
+      take(row);
+      return true;
+    });
+  }
 };
 
 /// Reads the streams of a file by their numbers, from its first chunk to its end. A file that ends
 /// within a chunk is read up to there.
 /// \param take  takes each sample of the streams whose form is known
 [[nodiscard]] Expected<std::map<std::uint32_t, XdfStream>, SetupError> read_xdf_streams(
-    XdfFile& file, const std::function<void(std::uint32_t number, const XdfStream& stream,
-                                            std::span<const std::string_view> row)>& take);
+    XdfFile& file,
+    const std::function<void(std::uint32_t number, const XdfStream& stream, XdfRow row)>& take);
 
 }  // namespace merkel

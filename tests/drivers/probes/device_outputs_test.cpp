@@ -5,6 +5,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
+#include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
 
 namespace merkel {
@@ -62,6 +63,24 @@ TEST(DeviceOutputs, OneReadingFeedsEveryProbeAtTheSameTime) {
   }
   EXPECT_LE((*probe)->device_counts()->readings, readings.size() + 1);
   EXPECT_EQ((*probe)->ports(), 1U);
+}
+
+TEST(DeviceOutputs, EachRowOfARecordingFeedsEveryProbeOnce) {
+  constexpr std::size_t kRows = 1000;  // more than one read takes
+  std::string rows = "time_s,force_N,index_N\n";
+  for (std::size_t k = 0; k < kRows; ++k) {
+    rows += "0." + std::to_string(kRows + k) + ",0.5," + std::to_string(k) + "e-3\n";
+  }
+  const TemporaryFolder folder;
+  const auto probe =
+      open_device(device_of("replay:" + folder.file("t.csv", rows), {"force_N", "index_N"}));
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  const Readings readings = read_from(**probe, kRows);
+  ASSERT_EQ(readings.size(), kRows);
+  for (std::size_t k = 0; k < kRows; ++k) {
+    EXPECT_EQ(readings.sample(k, 0)->force_mN, 500.0);
+    EXPECT_NEAR(readings.sample(k, 1)->force_mN, static_cast<double>(k), 1e-9);
+  }
 }
 
 TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {

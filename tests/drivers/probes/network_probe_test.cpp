@@ -1,4 +1,5 @@
 // Probes over the network, on loopback.
+#include <algorithm>
 #include <atomic>
 #include <thread>
 
@@ -146,6 +147,22 @@ class Udp {
  private:
   int socket_;
 };
+
+TEST(NetworkProbe, ALongBacklogIsSentInDatagramsThatFitInAPacket) {
+  Udp host;
+  auto device = settings("csv", "udp:127.0.0.1:" + std::to_string(host.port()));
+  device.faults.batch = milliseconds{200};  // some kB of lines
+  RunningDevice running(std::move(device));
+  // Of 1518 bytes, Ethernet, IPv6 and UDP take up to 66.
+  constexpr std::size_t kFitsInAPacket = 1400;
+  std::size_t longest = 0;
+  for (int heard = 0; heard < 8; ++heard) {
+    static_cast<void>(host.hear());
+    longest = std::max(longest, host.heard.size());
+  }
+  EXPECT_LE(longest, kFitsInAPacket);
+  EXPECT_GT(longest, kFitsInAPacket / 2);
+}
 
 /// A record of a Net F/T: number and force along z.
 Bytes net_ft_record(std::uint32_t number, double force_N) {

@@ -40,11 +40,10 @@ py::list xdf_streams(const std::filesystem::path& path) {
     const GilRelease no_gil;
     XdfFile file =
         or_throw(XdfFile::open(path.string(), std::numeric_limits<std::uint64_t>::max()));
-    const auto take = [&](std::uint32_t number, const XdfStream& stream,
-                          std::span<const std::string_view> row) {
+    const auto take = [&](std::uint32_t number, const XdfStream& stream, XdfRow row) {
       StreamSamples& to = samples[number];
       to.stamps_s.push_back(stream.stamp_s);
-      if (stream.value_bytes > 0) {
+      if (stream.form.value_bytes > 0) {
         to.values += row.front();
       } else {
         to.texts.insert(to.texts.end(), row.begin(), row.end());
@@ -59,14 +58,14 @@ py::list xdf_streams(const std::filesystem::path& path) {
     py::array_t<double> time_s(static_cast<py::ssize_t>(own.stamps_s.size()));
     std::transform(own.stamps_s.begin(), own.stamps_s.end(), time_s.mutable_data(), line);
     py::object values = py::bytes(own.values);
-    if (stream.value_bytes == 0) {
+    if (stream.form.value_bytes == 0) {
       py::list texts;
       for (const std::string& text : own.texts) texts.append(py::bytes(text));
       values = std::move(texts);
     }
     const double error_s =
         stream.offsets.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : line.residual_s;
-    all.append(py::make_tuple(number, py::bytes(stream.header), stream.format, stream.channels,
+    all.append(py::make_tuple(number, py::bytes(stream.header), stream.format, stream.form.channels,
                               time_s, values, error_s));
   }
   return all;
