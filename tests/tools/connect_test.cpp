@@ -161,6 +161,18 @@ TEST(Connect, RecognisesATactileArray) {
   EXPECT_GT(nlohmann::json::parse(run.out)["probes"][0]["used"], 10);
 }
 
+TEST(Connect, ArrangesTaxelsByTheLinesOfAFrameWhereTheyFit) {
+  for (const auto& [lines, columns, rows] :
+       std::vector<std::tuple<std::string, std::size_t, std::size_t>>{{"", 6, 8},
+                                                                      {"&frame_lines=4", 12, 4},
+                                                                      {"&frame_lines=5", 6, 8},
+                                                                      {"&frame_lines=0", 6, 8}}) {
+    const ArrayLayout layout = ArrayLayout::of(48, "serial:/dev/ttyACM0?protocol=csv" + lines);
+    EXPECT_EQ(layout.columns, columns) << lines;
+    EXPECT_EQ(layout.rows, rows) << lines;
+  }
+}
+
 TEST(Connect, BelievesAHeaderThatNamesTheTaxelsOfAnArray) {
   const TemporaryFolder folder;
   std::string line = "0.02";

@@ -219,6 +219,7 @@ TEST(PathVerdicts, BandsAreThoseOfTheMedian) {
   EXPECT_EQ(median.p50, microseconds{2});
   EXPECT_EQ(median.p99, microseconds{8});
   EXPECT_EQ(median.p999, microseconds{20});
+  EXPECT_EQ(median.longest, microseconds{40});
   EXPECT_EQ(median.count, 3000U);
 }
 

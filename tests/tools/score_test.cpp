@@ -169,11 +169,16 @@ TEST(Fit, SaysWhatTheDataDoNotDetermine) {
   TactileModel::Parameters scene = preset_scene("goodwin")->model;
   std::vector<DataSet> sets = {published_recordings().sets[0]};
   sets[0].points.resize(2);
-  const auto result =
-      fit(scene, sets, {"gain_Hz_per_kPa", "slow_weight", "fast_weight"}, 4, 30, {});
+  std::vector<double> done;
+  const auto result = fit(scene, sets, {"gain_Hz_per_kPa", "slow_weight", "fast_weight"}, 4, 30,
+                          [&](double fraction) { done.push_back(fraction); });
   ASSERT_TRUE(result) << result.error().sentence;
   EXPECT_EQ(result->measurements, 2U);
   EXPECT_FALSE(result->determined());
+  ASSERT_GT(done.size(), 10U);
+  EXPECT_NEAR(done.front(), 1.0 / 30, 1e-12);
+  EXPECT_TRUE(std::is_sorted(done.begin(), done.end()));
+  EXPECT_LE(done.back(), 1.0);
 }
 
 TEST(Fit, RecoversTheParametersThatMadeTheData) {

@@ -149,6 +149,8 @@ TEST(InspectSession, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(run_program({"inspect", "session", path, "--stream", "marks"}).out, "time_s,label\n");
   EXPECT_EQ(run_program({"inspect", "session", path, "--stream", "stimulation"}).out,
             "time_s,electrode,kind,amplitude_uA,frequency_Hz,heartbeat,stop\n");
+  EXPECT_EQ(run_program({"inspect", "session", path, "--stream", "delay"}).out,
+            "time_s,delay_s\n0.001000000,0.000000000\n");  // it never changes
   const auto rows = lines_of(run_program({"inspect", "session", path, "--stream", "ticks"}).out);
   EXPECT_EQ(rows.size(), 101U);
   EXPECT_EQ(
