@@ -20,17 +20,18 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
-// A jitter buffer and a patience so long that no tick is late and no press is released, even on a
-// machine that stands still for a second.
-constexpr const char* kPatientScene =
-    "[probe]\ndelay_ms = 2000\n[loop]\nstale_after_ms = 1500\n"
-    "max_catch_up_ticks = 1000000\n";
+// A jitter buffer so long that no tick is late, even on a machine that stands still for a second.
+const std::string kNeverLate =
+    "[probe]\ndelay_ms = 2000\n[loop]\nmax_catch_up_ticks = 1000000\nstale_after_ms = ";
+// Nor is a press released.
+const std::string kPatientScene = kNeverLate + "1500\n";
 constexpr const char* kDuration = "0.8";
 
 struct DeviceRun {
   std::string spikes;
   std::string replayed;
   nlohmann::json summary;
+  std::string err;
 };
 
 /// A spike file without its leading comments.
@@ -39,20 +40,25 @@ std::string rows_of_spikes(const std::string& file) {
 }
 
 /// Runs the program with a device, and again with the trace that the run has recorded.
-DeviceRun run_and_replay(const std::string& uri) {
+DeviceRun run_and_replay(const std::string& uri, const std::string& scene_text = kPatientScene,
+                         const char* duration_s = kDuration) {
   const TemporaryFolder folder;
-  const std::string scene = folder.file("s.toml", kPatientScene);
+  const std::string scene = folder.file("s.toml", scene_text);
   DeviceRun result;
   const auto live =
       run_program({"run", scene, "--probe", uri, "--record", folder.path("t.csv"), "--sink",
-                   "csv:" + folder.path("live.csv"), "--duration-s", kDuration, "--json"});
-  EXPECT_EQ(live.exit_code, 0) << live.err;
-  if (live.exit_code != 0) return result;
+                   "csv:" + folder.path("live.csv"), "--duration-s", duration_s, "--json"});
+  EXPECT_NE(live.exit_code, 2) << live.err;
+  if (live.out.empty()) return result;
+  result.err = live.err;
   result.summary = nlohmann::json::parse(live.out);
+  // A busy host may be slow to see that a device is back.
+  const bool long_outage = result.summary["device_outage_ns"] > 1'000'000'000;
+  EXPECT_EQ(live.exit_code, long_outage ? 1 : 0) << live.err;
   result.spikes = rows_of_spikes(read_file(folder.path("live.csv")));
   const auto replay =
       run_program({"run", scene, "--fast", "--probe", "replay:" + folder.path("t.csv"), "--sink",
-                   "csv:" + folder.path("replay.csv"), "--duration-s", kDuration});
+                   "csv:" + folder.path("replay.csv"), "--duration-s", duration_s});
   EXPECT_EQ(replay.exit_code, 0) << replay.err;
   result.replayed = rows_of_spikes(read_file(folder.path("replay.csv")));
   return result;
@@ -124,20 +130,17 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
 
 TEST(Devices, AnUnpluggedDeviceIsReleasedAndTheRunGoesOn) {
   const TemporaryFolder folder;
-  const std::string scene = folder.file("s.toml", "[loop]\nstale_after_ms = 200\n");
-  RunningDevice device("hbf1", {.unplug_at = milliseconds{300}, .unplug_for = milliseconds{250}},
+  RunningDevice device("hbf1", {.unplug_at = milliseconds{300}, .unplug_for = milliseconds{600}},
                        folder.path("tty"));
-  const auto run = run_program({"run", scene, "--probe", device.uri(), "--duration-s", "1.5",
-                                "--sink", "xdf:" + folder.path("s.xdf"), "--json"});
-  EXPECT_NE(run.exit_code, 2) << run.err;
-  const auto probe = nlohmann::json::parse(run.out)["probes"][0];
+  const DeviceRun run = run_and_replay(device.uri(), kNeverLate + "400\n", "2.5");
+  ASSERT_FALSE(run.summary.is_null());
+  const auto& probe = run.summary["probes"][0];
   EXPECT_EQ(probe["device"]["outages"], 1);
-  EXPECT_GE(probe["releases"], 1);
+  EXPECT_EQ(probe["releases"], 1);
   EXPECT_GT(probe["device"]["lost"], 100);
   EXPECT_NE(run.err.find("is disconnected"), std::string::npos);
-  EXPECT_TRUE(std::regex_search(run.err, std::regex("is back after 0[.][0-9]+ s\n"))) << run.err;
-  const auto replay = run_program({"replay", folder.path("s.xdf")});
-  EXPECT_NE(replay.out.find("bit-identical"), std::string::npos) << replay.out << replay.err;
+  EXPECT_TRUE(std::regex_search(run.err, std::regex("is back after [01][.][0-9]+ s\n"))) << run.err;
+  EXPECT_EQ(run.spikes, run.replayed);
 }
 
 TEST(Devices, ARecordingEndsAfterItsDurationThoughTheDeviceIsGone) {
