@@ -69,7 +69,9 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(
     info.channels |= parts[i].fills;
     info.name += (i == 0 ? "" : " and ") + of.name;
     info.calibration_file +=
-        (i == 0 || of.calibration_file.empty() ? "" : "+") + of.calibration_file;
+        (info.calibration_file.empty() || of.calibration_file.empty() ? "" : "+") +
+        of.calibration_file;
+    info.calibrated |= of.calibrated & parts[i].fills;
     info.calibration += of.calibration;
     info.serial_number += (i == 0 || of.serial_number.empty() ? "" : "+") + of.serial_number;
     parts[i].probe = std::move(members[i]);
@@ -108,9 +110,14 @@ void FusedProbe::read_member(Member& member, const std::stop_token& stop) {
     if (member.edges.size() < kMaxWaiting) {
       member.edges.insert(member.edges.end(), readings.edges().begin(), readings.edges().end());
     }
-    while (member.samples.size() > kMaxWaiting) member.samples.pop_front();
+    while (member.samples.size() > kMaxWaiting) drop_oldest(member);
     if (*count > 0) more_.notify_one();
   }
+}
+
+void FusedProbe::drop_oldest(Member& member) {
+  tared_ = tared_ || member.samples.front().touch == Touch::kTared;
+  member.samples.pop_front();
 }
 
 /// Interpolates the other members to the time of a sample.
@@ -120,23 +127,26 @@ FusedProbe::Fill FusedProbe::fill(ProbeSample& sample) {
   for (std::size_t i = 1; i < members_.size(); ++i) {
     Member& member = members_[i];
     auto& waiting = member.samples;
-    while (waiting.size() > 1 && waiting[1].time <= sample.time) waiting.pop_front();
+    while (waiting.size() > 1 && waiting[1].time <= sample.time) drop_oldest(member);
     if (waiting.empty() || waiting.front().time > sample.time) {
       // No earlier sample: the member starts later, or it is silent.
       if (!waiting.empty() || member.ended) return Fill::kNever;
       return patient ? Fill::kWait : Fill::kNever;
     }
-    const ProbeSample& before = waiting.front();
+    ProbeSample& before = waiting.front();
     const bool exact = before.time == sample.time;
     if (!exact && waiting.size() < 2) {
       if (!member.ended && patient) return Fill::kWait;
       if (sample.time - before.time > nanoseconds{kPatience}) return Fill::kNever;
     }
     const ProbeSample& after = waiting.size() > 1 ? waiting[1] : before;
-    const double fraction = exact || waiting.size() < 2
-                                ? 0.0
-                                : static_cast<double>((sample.time - before.time).count()) /
-                                      static_cast<double>((after.time - before.time).count());
+    // Across a tare, no value lies between its neighbours.
+    const bool holds = exact || waiting.size() < 2 || after.touch == Touch::kTared;
+    const double fraction = holds ? 0.0
+                                  : static_cast<double>((sample.time - before.time).count()) /
+                                        static_cast<double>((after.time - before.time).count());
+    if (std::exchange(before.touch, Touch::kUndecided) == Touch::kTared) tared_ = true;
+    sample.set_doubts(sample.doubts() | before.doubts() | (holds ? 0U : after.doubts()));
     for (const auto& [channel, field] : kFields) {
       if ((member.fills & channel) == 0U) continue;
       sample.*field = before.*field + (after.*field - before.*field) * fraction;
@@ -156,8 +166,9 @@ Expected<std::size_t, ProbeError> FusedProbe::read(Readings& readings, milliseco
       ProbeSample sample = first.front();
       const Fill filled = fill(sample);
       if (filled == Fill::kWait) break;
-      first.pop_front();
+      drop_oldest(members_[0]);
       if (filled != Fill::kFilled) continue;
+      if (std::exchange(tared_, false)) sample.touch = Touch::kTared;
       sample.arrival = std::chrono::steady_clock::now().time_since_epoch();
       readings.add_sample(sample);
     }

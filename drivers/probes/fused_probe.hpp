@@ -17,8 +17,9 @@ namespace merkel {
 /// are those of the first member. The other members' readings are interpolated to their times, on
 /// the host's clock, and fill the channels that the first member lacks. A sample waits for the
 /// others for up to `kPatience` after its arrival. Then their last values are held if they are no
-/// older than that; otherwise the sample is dropped, so that the press is released. Each member is
-/// read in its own thread.
+/// older than that; otherwise the sample is dropped, so that the press is released. A doubt of any
+/// member is one of the sample, and a tare of any member is marked. Each member is read in its own
+/// thread.
 class FusedProbe final : public Probe {
  public:
   static constexpr std::chrono::milliseconds kPatience{100};
@@ -62,12 +63,15 @@ class FusedProbe final : public Probe {
   };
   FusedProbe(ProbeInfo info, std::vector<Member> members);
   void read_member(Member& member, const std::stop_token& stop);
+  void drop_oldest(Member& member);
   enum class Fill { kFilled, kWait, kNever };
   Fill fill(ProbeSample& sample);
 
   ProbeInfo info_;
   std::vector<Member> members_;
-  mutable std::mutex mutex_;  ///< guards samples, edges, ended and error_message of the members
+  /// Guards samples, edges, ended and error_message of the members, and tared_.
+  mutable std::mutex mutex_;
+  bool tared_ = false;  ///< a member was, since the last sample that was delivered
   std::condition_variable more_;
   std::vector<std::jthread> threads_;
 };

@@ -34,10 +34,19 @@ Json fit_json(const Press& press, const TactileModel& model, const Indenter& tip
 std::string source_of(const std::string& text, std::string calibration) {
   if (text.starts_with("sim:")) return "simulated";
   const bool recorded = text.starts_with("replay:");
-  if (const auto uri = Uri::parse(text)) {
-    const auto of_uri = uri->options.find("calibration");
-    if (of_uri != uri->options.end()) calibration = of_uri->second;
+  // Each member of a fused probe may have its own.
+  constexpr std::string_view kFused = "fused:";
+  std::string_view rest = text;
+  if (rest.starts_with(kFused)) rest.remove_prefix(kFused.size());
+  std::string of_members;
+  while (!rest.empty()) {
+    const std::string_view member = rest.substr(0, rest.find('|'));
+    rest.remove_prefix(std::min(member.size() + 1, rest.size()));
+    const auto uri = Uri::parse(member);
+    if (!uri || !uri->options.contains("calibration")) continue;
+    of_members += (of_members.empty() ? "" : " and ") + uri->options.at("calibration");
   }
+  if (!of_members.empty()) calibration = of_members;
   if (!calibration.empty())
     return (recorded ? "recorded, calibrated by " : "calibrated by ") + calibration;
   return recorded ? "recorded" : "as its device reports it, not calibrated here";

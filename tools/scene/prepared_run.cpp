@@ -65,9 +65,12 @@ std::string uncalibrated_drive(const ProbeInfo& info, const Scene::ProbeSettings
   const std::uint32_t driving = force ? ProbeSample::kForce : ProbeSample::kDepth;
   if (info.calibrated == 0 || (info.calibrated & driving) != 0U) return {};
   const std::string name = force ? "force" : "depth";
+  const bool fused = info.uri.starts_with("fused:");
   return info.calibration_file + " does not calibrate the " + name +
-         ", which drives the model: it is used as the device sends it; add it by merkel calibrate '" +
-         info.uri + "' " + info.calibration_file + " --channel " + name;
+         ", which drives the model: it is used as the device sends it; " +
+         (fused ? "calibrate the member that measures it by merkel calibrate"
+                : "add it by merkel calibrate '" + info.uri + "' " + info.calibration_file +
+                      " --channel " + name);
 }
 
 /// Opens each device once: probes whose URIs differ only in what follows '#' share one.

@@ -99,6 +99,41 @@ TEST(FusedProbe, SamplesBeforeTheSecondBeginsAreLeftOut) {
   EXPECT_EQ(samples.front().time, milliseconds{1030});
 }
 
+// What a member says of its readings is said of the sample, whichever member is first.
+TEST(FusedProbe, DoubtsAndTaresOfEveryMemberCount) {
+  for (const bool force_first : {true, false}) {
+    auto force = script(ProbeSample::kForce, milliseconds{1000}, milliseconds{10}, 10);
+    for (std::size_t k = 3; k < 6; ++k) force[k].set_doubts(ProbeSample::kOutsideCalibration);
+    force[7].touch = Touch::kTared;
+    force[7].force_mN = force[8].force_mN = force[9].force_mN = 0.0;
+    auto depth = script(ProbeSample::kDepth, milliseconds{1005}, milliseconds{5}, 20);
+    std::vector<std::unique_ptr<Probe>> members;
+    members.push_back(std::make_unique<ScriptedProbe>(ProbeSample::kForce, force));
+    members.insert(force_first ? members.end() : members.begin(),
+                   std::make_unique<ScriptedProbe>(ProbeSample::kDepth, depth));
+    auto probe = FusedProbe::fuse("fused:test", std::move(members));
+    ASSERT_TRUE(probe);
+    const auto samples = read_samples(**probe, force_first ? 9 : 17);
+    std::size_t tares = 0;
+    for (const ProbeSample& sample : samples) {
+      const bool doubted = sample.time > milliseconds{1020} && sample.time < milliseconds{1060};
+      const bool exact = sample.time >= milliseconds{1030} && sample.time <= milliseconds{1050};
+      if (exact || !doubted) {
+        EXPECT_EQ(sample.doubts(), doubted ? ProbeSample::kOutsideCalibration : 0)
+            << sample.time.count();
+      }
+      if (sample.touch == Touch::kTared) ++tares;
+      // No value lies between those before and after the tare.
+      if (sample.time < milliseconds{1070}) {
+        EXPECT_GE(sample.force_mN, 1000.0);
+      } else {
+        EXPECT_EQ(sample.force_mN, 0.0);
+      }
+    }
+    EXPECT_EQ(tares, 1U);
+  }
+}
+
 TEST(FusedProbe, DevicesOfTwoPortsAreOneProbe) {
   RunningDevice gauge("mark10", {});
   RunningDevice stage("zaber", {});
