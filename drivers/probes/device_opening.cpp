@@ -124,13 +124,15 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(
         continue;
       }
       if (channel && (channels & bit_of(channel->source)) == 0U) {
+        const std::string from = "the calibration " + file + " takes " +
+                                 std::string(kSampleChannelNames[i]) + " from the channel ";
         return bad_input(
-            "the calibration " + file + " takes " + std::string(kSampleChannelNames[i]) +
-            " from the channel " +
-            (is_named(channel->source)
-                 ? channel->name
-                 : std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)])) +
-            ", which this device does not have");
+            is_named(channel->source)
+                ? from + channel->name + ", which no probe takes: add #" + channel->name +
+                      " to the end of the URI"
+                : from +
+                      std::string(kDeviceChannelNames[static_cast<std::size_t>(channel->source)]) +
+                      ", which this device does not have");
       }
     }
   }

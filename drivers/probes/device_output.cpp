@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kPressed_N = 0.2;
 constexpr double kPressed_mm = 0.5;
-constexpr std::chrono::milliseconds kSaturationPause{1000};
 
 }  // namespace
 
@@ -64,16 +63,7 @@ DeviceOutput::Result DeviceOutput::take(const DeviceReading& reading, const Prob
   for (std::size_t i = 0; i < further_.size(); ++i) further[i] = reading[further_[i]];
   result.measured = true;
   result.saturated = reading.saturated || calibration_.saturated(reading);
-  // Reported at its start; at most once a second if it recurs.
-  if (result.saturated && !saturated_ && reading.arrival >= saturation_again_) {
-    result.notices.push_back(info_.name + ": the sensor is at the end of its range");
-    saturation_again_ = reading.arrival + kSaturationPause;
-  }
-  saturated_ = result.saturated;
-  if (result.outside && !std::exchange(outside_noted_, true)) {
-    result.notices.push_back(info_.name + ": the press is outside the calibrated range of " +
-                             info_.calibration_file);
-  }
+  watch_.take(result.saturated, result.outside, reading.arrival, info_, result.notices);
   return result;
 }
 

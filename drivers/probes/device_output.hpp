@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/calibration/calibration_watch.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probe.hpp"
 #include "drivers/probes/tare_request.hpp"
@@ -71,9 +72,7 @@ class DeviceOutput {
   bool tared_ = false;  ///< since the last sample
   bool gone_ = false;   ///< the device no longer names what it needs
   std::string lack_;
-  bool saturated_ = false;
-  std::chrono::nanoseconds saturation_again_{0};  ///< when it may be reported again
-  bool outside_noted_ = false;
+  CalibrationWatch watch_;
 };
 
 }  // namespace merkel

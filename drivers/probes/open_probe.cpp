@@ -5,6 +5,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
+#include "drivers/files/csv_text.hpp"
 #include "drivers/files/example_file.hpp"
 #include "drivers/lsl_library.hpp"
 #include "drivers/probes/fused_probe.hpp"
@@ -66,7 +67,7 @@ Expected<void, SetupError> add_unit_factors(Uri& uri, const DeviceUri& device) {
     if (!calibration) return Unexpected<SetupError>(calibration.error());
     for (const auto& [key, factor] : calibration->factors) {
       const auto [option, added] = uri.options.emplace(key, shortest_decimal(factor));
-      if (added || option->second == shortest_decimal(factor)) continue;
+      if (added || parse_number(option->second) == factor) continue;
       return bad_input("\"" + uri.text + "\": the calibration " + file + " has another " + key +
                        ": keep one");
     }

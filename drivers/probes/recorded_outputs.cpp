@@ -93,6 +93,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     outputs->infos_.push_back(std::move(info));
     outputs->calibrations_.push_back(std::move(*calibration));
   }
+  outputs->watches_.resize(parts.size());
   return outputs;
 }
 
@@ -108,6 +109,8 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   }
   const ProbeColumns& whole = waiting_.columns().of(0);
   DeviceReading reading;
+  std::vector<std::string> notices;
+  DeviceCounters counts;
   for (; next_ < waiting_.size() && readings.room() > 0; ++next_) {
     const ProbeSample from = whole.sample(waiting_.head(next_), waiting_.row(next_));
     reading.set(DeviceChannel::kDepth, from.depth_mm);
@@ -119,19 +122,44 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
       reading.set(named_channel(i), further[i] * factors_[i]);
     }
     const std::span<double> row = readings.add(waiting_.head(next_));
+    bool saturated = false;
+    bool outside = false;
     for (std::size_t i = 0; i < infos_.size(); ++i) {
       const ProbeColumns& columns = readings.columns().of(i);
       ProbeSample sample = infos_[i].taxels > 0
                                ? array_sample(i, reading, next_, columns.taxels_in(row))
                                : calibrations_[i].apply(reading);
-      if (calibrations_[i].is_outside(sample)) {
-        sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
-      }
+      const bool is_saturated = calibrations_[i].saturated(reading);
+      const bool is_outside = calibrations_[i].is_outside(sample);
+      if (is_outside) sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
+      watches_[i].take(is_saturated, is_outside, from.time, infos_[i], notices);
+      saturated = saturated || is_saturated;
+      outside = outside || is_outside;
       columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
       if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }
+    ++counts.readings;
+    if (saturated) ++counts.saturated;
+    if (outside) ++counts.outside_calibration;
   }
+  const std::scoped_lock lock(mutex_);
+  merge(counts_, counts);
+  for (std::string& sentence : notices) notices_.push_back(std::move(sentence));
   return readings.size();
+}
+
+ProbeStatus RecordedOutputs::status() const {
+  ProbeStatus status = ForwardingProbe::status();
+  const std::scoped_lock lock(mutex_);
+  if (counts_.saturated + counts_.outside_calibration > 0) status.device = counts_;
+  return status;
+}
+
+std::vector<std::string> RecordedOutputs::take_notices() {
+  std::vector<std::string> notices = ForwardingProbe::take_notices();
+  const std::scoped_lock lock(mutex_);
+  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
+  return notices;
 }
 
 /// The sample of an array. Pressures that are out, or no pressures, are 0.

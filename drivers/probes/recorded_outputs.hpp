@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "core/contact/taxel_gap.hpp"
+#include "drivers/calibration/calibration_watch.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/forwarding_probe.hpp"
@@ -27,6 +29,9 @@ class RecordedOutputs final : public ForwardingProbe {
   /// A value that is missing or impossible is no press: its sample is 0.
   [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
+  /// With the counters of a device, once a calibration does not cover a reading.
+  [[nodiscard]] ProbeStatus status() const override;
+  [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
   explicit RecordedOutputs(std::unique_ptr<Probe> recording)
@@ -46,8 +51,12 @@ class RecordedOutputs final : public ForwardingProbe {
   };
   std::vector<Array> arrays_;
   std::vector<double> factors_;  ///< of the further columns, to N or mm; 0: neither
-  Readings waiting_;             ///< read, but not yet split
-  std::size_t next_ = 0;         ///< of those
+  std::vector<CalibrationWatch> watches_;
+  Readings waiting_;          ///< read, but not yet split
+  std::size_t next_ = 0;      ///< of those
+  mutable std::mutex mutex_;  ///< guards counts_ and notices_
+  DeviceCounts counts_;       ///< readings, and those that a calibration does not cover
+  std::vector<std::string> notices_;
 };
 
 }  // namespace merkel

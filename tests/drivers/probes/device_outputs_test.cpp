@@ -83,6 +83,31 @@ TEST(DeviceOutputs, EachRowOfARecordingFeedsEveryProbeOnce) {
   }
 }
 
+TEST(DeviceOutputs, ARecordingOutsideItsCalibrationIsCountedAndNamed) {
+  const TemporaryFolder folder;
+  const std::string calibration =
+      folder.file("c.toml",
+                  "force_N_per_V = 1.0\n[force]\nsource = \"force\"\nrange = [0.0, 0.2]\n"
+                  "saturation = 0.25\n");
+  const std::string trace =
+      folder.file("t.csv", "time_s,force_V\n0,0.1\n0.1,0.22\n0.2,0.3\n0.3,0.3\n0.4,0.1\n");
+  const auto probe = open_probe("replay:" + trace + "?calibration=" + calibration);
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  EXPECT_FALSE((*probe)->device_counts());
+  std::vector<std::string> notices;
+  const Readings readings = read_from(**probe, 5, &notices);
+  EXPECT_EQ(readings.sample(1)->doubts(), ProbeSample::kOutsideCalibration);
+  ASSERT_TRUE((*probe)->device_counts());
+  EXPECT_EQ((*probe)->device_counts()->readings, 5U);
+  EXPECT_EQ((*probe)->device_counts()->outside_calibration, 3U);
+  EXPECT_EQ((*probe)->device_counts()->saturated, 2U);
+  ASSERT_EQ(notices.size(), 2U);
+  EXPECT_TRUE(has(notices[0], "outside the calibrated range of " + calibration)) << notices[0];
+  EXPECT_TRUE(has(notices[1], "the sensor is at the end of its range")) << notices[1];
+  // The same factor, written in another way.
+  EXPECT_TRUE(open_probe("replay:" + trace + "?force_N_per_V=1.00&calibration=" + calibration));
+}
+
 TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
   const LinePrinter printer(
       "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24,25,26,27,28,29,30,31,32,33,"
