@@ -73,7 +73,7 @@ inline constexpr auto kDeviceCounterFields = [] {
           &Counters::outage_ns, true},
       Row{"device_largest_batch", "", "most readings in one read", &Counters::largest_batch, false,
           true},
-      Row{"device_clock_outliers", "", "impossible device times, replaced by arrival times",
+      Row{"device_clock_outliers", "", "impossible device times, replaced",
           &Counters::clock_outliers},
       Row{"device_clock_anchors", "", "number of times that a device's clock jumped",
           &Counters::clock_anchors},

@@ -42,11 +42,7 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
                                    [](const DeviceReading& next) { return next.wrong_time; });
   if (wrong > 0) note_wrong_times(static_cast<std::uint64_t>(wrong), batch.back().arrival);
   if (rule_ == Rule::kUnmapped) {
-    by_clock_ = true;
-    for (const DeviceReading& reading : batch) {
-      if (reading.device_time) last_time_ = clock_.observe(*reading.device_time, Time{0});
-      times.push_back(last_time_);
-    }
+    add_unmapped(batch, times);
     return times;
   }
   by_clock_ = rule_ != Rule::kArrival &&
@@ -72,7 +68,7 @@ std::vector<std::chrono::nanoseconds> ReadingTimes::of(std::span<const DeviceRea
 
 std::chrono::nanoseconds ReadingTimes::of_edge(Time device_time, Time arrival) const {
   if (!by_clock_) return arrival;
-  if (rule_ == Rule::kUnmapped) return clock_.unwrapped(device_time, Time{0});
+  if (rule_ == Rule::kUnmapped) return clock_.unwrapped(device_time, Time{0}) + shift_;
   const Time device = clock_.unwrapped(device_time, arrival);
   const auto mapped = rule_ == Rule::kDevice && start_ ? start_->second + (device - start_->first)
                                                        : clock_.estimate(device).value_or(arrival);
@@ -83,6 +79,41 @@ void ReadingTimes::restart() noexcept {
   clock_.restart();
   arrivals_.restart();
   start_.reset();
+}
+
+/// As they are. After one that no clock can have, and where the clock goes back, they go on one
+/// step after the reading before.
+void ReadingTimes::add_unmapped(std::span<const DeviceReading> readings, std::vector<Time>& times) {
+  by_clock_ = true;
+  std::vector<Checked> checked;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    const auto& device_time = readings[i].device_time;
+    const bool good = device_time && !is_ahead_of_next(readings.subspan(i), checked);
+    Time time = last_time_ + step_;
+    if (good) {
+      if (readings[i].rebooted) clock_.restart();
+      const Time device = clock_.observe(*device_time, Time{0});
+      const Time back = last_time_ - (device + shift_);
+      if (start_ && back > kSpikeAhead) {
+        ++anchors_;
+        shift_ += back + step_;
+        std::array<char, 160> text{};
+        std::snprintf(text.data(), text.size(),
+                      "its clock went back by %.3g s: its times go on after those before, as if it "
+                      "had not",
+                      units::s_from(back));
+        notices_.emplace_back(text.data());
+      }
+      time = device + shift_;
+      if (start_ && time > last_time_) step_ = std::min<Time>(time - last_time_, kWidestBatch);
+      if (!start_) start_ = {device, time};
+      checked.push_back({.device = *device_time});
+    } else if (device_time) {
+      ++outliers_;
+    }
+    last_time_ = start_ ? std::max(last_time_, time) : time;
+    times.push_back(time);
+  }
 }
 
 void ReadingTimes::add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times) {
@@ -235,9 +266,11 @@ void ReadingTimes::note_rates() {
 void ReadingTimes::note_wrong_times(std::uint64_t count, Time arrival) {
   outliers_ += count;
   if (!wrong_time_ || arrival - *wrong_time_ > kQuietAgain) {
-    notices_.emplace_back(
-        "it sends times that no clock can have: their samples are timed by their arrival; check "
-        "the unit of the time column");
+    const std::string instead = rule_ == Rule::kUnmapped
+                                    ? "their samples follow one step after those before"
+                                    : "their samples are timed by their arrival";
+    notices_.push_back("it sends times that no clock can have: " + instead +
+                       "; check the unit of the time column");
   }
   wrong_time_ = arrival;
 }

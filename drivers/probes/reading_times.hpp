@@ -30,7 +30,8 @@ class ReadingTimes {
   /// from the first reading on; the arrival; or the device's times as they are, because they are on
   /// the host's clock already (they are mapped if the arrivals show that they are not); or the
   /// device's clock mapped without a check by the arrivals, because a late reader finds every
-  /// reading in the device's buffer; or the device's times as they are, whatever the host's clock.
+  /// reading in the device's buffer; or the device's times as they are, whatever the host's clock,
+  /// but never back.
   enum class Rule : std::uint8_t { kMapped, kDevice, kArrival, kHost, kBuffered, kUnmapped };
 
   explicit ReadingTimes(Rule rule) noexcept : rule_(rule) {}
@@ -59,6 +60,7 @@ class ReadingTimes {
     bool good = true;
   };
   void restart() noexcept;
+  void add_unmapped(std::span<const DeviceReading> readings, std::vector<Time>& times);
   void add_by_clock(std::span<const DeviceReading> readings, std::vector<Time>& times);
   [[nodiscard]] bool is_ahead_of_next(std::span<const DeviceReading> readings,
                                       const std::vector<Checked>& before) const noexcept;
@@ -79,6 +81,7 @@ class ReadingTimes {
   bool by_clock_ = false;                       ///< of the last batch
   bool rates_agree_ = true;                     ///< as last reported to the user
   std::optional<std::pair<Time, Time>> start_;  ///< device and host time of the first reading
+  Time shift_{0};                               ///< of unmapped times, since the clock went back
   std::optional<Time> foreign_since_;  ///< arrival of the first of several impossible host times
   Time last_batch_{0};
   Time last_time_{0};         ///< of any reading

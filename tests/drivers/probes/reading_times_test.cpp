@@ -36,6 +36,32 @@ TEST(ReadingTimes, OfTheDeviceKeepItsIntervalsAndLeaveOutWrongOnes) {
   EXPECT_EQ(counts.clock_anchors, 0U);
 }
 
+// A device that is read without its host's clock, such as a simulator, may be reset, or print a
+// wrong time.
+TEST(ReadingTimes, UnmappedOnesGoOnWhereTheClockGoesBack) {
+  ReadingTimes times(ReadingTimes::Rule::kUnmapped);
+  std::vector<DeviceReading> batch(300);
+  for (std::size_t k = 0; k < batch.size(); ++k) {
+    batch[k].device_time = seconds{5} + milliseconds{k % 200};
+    batch[k].rebooted = k == 200;
+  }
+  *batch[50].device_time += seconds{100};
+  batch[60].device_time.reset();
+  batch[60].wrong_time = true;
+  const auto all = times.of(batch);
+  ASSERT_EQ(all.size(), batch.size());
+  for (std::size_t k = 0; k < all.size(); ++k) EXPECT_EQ(all[k], seconds{5} + milliseconds{k}) << k;
+  const auto notices = times.take_notices();
+  ASSERT_EQ(notices.size(), 2U);
+  EXPECT_NE(notices[0].find("follow one step after those before"), std::string::npos);
+  EXPECT_NE(notices[1].find("its clock went back by 0.199 s"), std::string::npos) << notices[1];
+  DeviceCounts counts;
+  times.describe(counts);
+  EXPECT_EQ(counts.clock_outliers, 2U);
+  EXPECT_EQ(counts.clock_anchors, 1U);
+  EXPECT_EQ(times.of_edge(seconds{5} + milliseconds{99}, {}), seconds{5} + milliseconds{299});
+}
+
 // A wrong answer must not put the first samples seconds into the past: the run would begin there.
 TEST(ReadingTimes, WrongAnswersOfTheClockAreNotUsed) {
   for (const seconds wrong : {seconds{3}, seconds{-3}, seconds{1800}, seconds{0}}) {
