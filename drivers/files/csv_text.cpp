@@ -97,39 +97,40 @@ std::string shifted_decimal(double value, int shift) {
   return exact.substr(0, mark) + "e" + std::to_string(exponent);
 }
 
-std::optional<std::chrono::nanoseconds> parse_seconds(std::string_view field) noexcept {
+std::optional<std::chrono::nanoseconds> parse_time(std::string_view field,
+                                                   std::int64_t unit_ns) noexcept {
+  const std::int64_t largest = kLargestSeconds * (kPerSecond / unit_ns);
   std::string_view rest = field;
   const bool negative = rest.starts_with('-');
   if (negative || rest.starts_with('+')) rest.remove_prefix(1);
   std::int64_t whole = 0;
   std::int64_t fraction = 0;
   std::size_t digits = 0;
-  while (!rest.empty() && is_digit(rest.front()) && whole < 1'000'000'000) {
+  while (!rest.empty() && is_digit(rest.front()) && whole < largest) {
     whole = whole * 10 + (rest.front() - '0');
     rest.remove_prefix(1);
     ++digits;
   }
   if (rest.starts_with('.')) {
     rest.remove_prefix(1);
-    std::int64_t place = kPerSecond / 10;
+    std::int64_t place = unit_ns / 10;
     while (!rest.empty() && is_digit(rest.front())) {
       const std::int64_t digit = rest.front() - '0';
       fraction += place > 0 ? digit * place : 0;
       if (place == 0 && digit >= 5) ++fraction;
-      place = place > 0 ? place / 10 : -1;  // only the tenth decimal decides the rounding
+      place = place > 0 ? place / 10 : -1;  // only the next decimal decides the rounding
       rest.remove_prefix(1);
       ++digits;
     }
   }
-  if (rest.empty() && digits > 0 && whole < kLargestSeconds) {
-    const std::int64_t time_ns = whole * kPerSecond + fraction;
+  if (rest.empty() && digits > 0 && whole < largest) {
+    const std::int64_t time_ns = whole * unit_ns + fraction;
     return std::chrono::nanoseconds{negative ? -time_ns : time_ns};
   }
   // An exponent, or not a number.
-  const auto seconds = parse_number(field);
-  if (!seconds || !(std::fabs(*seconds) < static_cast<double>(kLargestSeconds)))
-    return std::nullopt;
-  return units::nanoseconds_from_s(*seconds);
+  const auto count = parse_number(field);
+  if (!count || !(std::fabs(*count) < static_cast<double>(largest))) return std::nullopt;
+  return units::nanoseconds_from_s(*count * (static_cast<double>(unit_ns) * 1e-9));
 }
 
 void append_seconds(std::string& text, std::chrono::nanoseconds time) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,11 +20,15 @@ namespace merkel {
 /// The shortest decimal that parse_number(…, -shift) reads back as the same double.
 [[nodiscard]] std::string shifted_decimal(double value, int shift);
 
-/// A whole field of seconds as nanoseconds, exact; decimals beyond the ninth are rounded. Empty if
+/// A whole field of time as nanoseconds, exact; decimals below a nanosecond are rounded. Empty if
 /// it is not a finite number within ±4e9 s, the range in which the difference of any two times
-/// fits.
-[[nodiscard]] std::optional<std::chrono::nanoseconds> parse_seconds(
-    std::string_view field) noexcept;
+/// fits. \param unit_ns  of the field: a power of ten from 1 to 1e9
+[[nodiscard]] std::optional<std::chrono::nanoseconds> parse_time(std::string_view field,
+                                                                 std::int64_t unit_ns) noexcept;
+[[nodiscard]] inline std::optional<std::chrono::nanoseconds> parse_seconds(
+    std::string_view field) noexcept {
+  return parse_time(field, 1'000'000'000);
+}
 
 /// Appends seconds with nine decimals.
 void append_seconds(std::string& text, std::chrono::nanoseconds time);

@@ -82,6 +82,7 @@ Expected<std::unique_ptr<Probe>, SetupError> DeviceProbe::open(std::unique_ptr<T
 
 Expected<void, SetupError> DeviceProbe::listen() {
   const Time started = now();
+  stream_.from_start = !settings_.live && settings_.uri.starts_with("tcp:");
   protocol_->begin(started, stream_);
   log_.opened(started);
   const auto heard = [&] {

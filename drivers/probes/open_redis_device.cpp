@@ -24,7 +24,10 @@ Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri,
   }
   auto fields = parse_redis_fields(named.empty() ? "" : named.mapped());
   if (!fields) return bad_input("\"" + uri.text + "\": " + fields.error());
-  auto entries = open_redis_stream(uri, stream.mapped(), std::move(*fields));
+  UriOptions given(lines);
+  const auto factors = UnitFactors::from(given);
+  if (!factors) return Unexpected<SetupError>(factors.error());
+  auto entries = open_redis_stream(uri, stream.mapped(), std::move(*fields), *factors);
   if (!entries) return Unexpected<SetupError>(entries.error());
   std::string columns = "time_s";
   for (const RedisField& field : entries->fields) columns += "," + field.column;

@@ -238,7 +238,8 @@ std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns)
                      .column = i + 1,
                      .force = column.force,
                      .pressure = column.pressure,
-                     .sync = column.sync});
+                     .sync = column.sync,
+                     .factor = column.factor});
   }
   return names;
 }
@@ -325,6 +326,10 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
     if (!column) return Unexpected<std::string>(column.error());
     column->key = cell.key;
     for (const CsvColumn& other : columns) {
+      if (other.kind == CsvColumn::Kind::kTime && column->kind == other.kind) {
+        return Unexpected<std::string>("the columns " + other.name + " and " + column->name +
+                                       " are both the time: name one, and the other -");
+      }
       if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
       return Unexpected<std::string>("the column " + column->name +
                                      " is named twice: name each differently, such as thumb_N and "
@@ -349,8 +354,8 @@ bool read_csv_column(const CsvColumn& column, std::string_view part, CsvNumbers 
     case CsvColumn::Kind::kSkip:
       return true;
     case CsvColumn::Kind::kTime: {
-      if (column.nanoseconds == 1'000'000'000 && !decimal_comma) {
-        if (const auto time = parse_seconds(part)) {
+      if (!decimal_comma) {
+        if (const auto time = parse_time(part, column.nanoseconds)) {
           reading.set_time(static_cast<double>(time->count()));
           if (!reading.wrong_time) reading.device_time = *time;  // exact
           return true;

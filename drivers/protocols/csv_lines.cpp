@@ -44,9 +44,9 @@ class CsvLines final : public LineProtocol {
     note_columns();
   }
 
-  void begin(nanoseconds /*now*/, DeviceStream& /*stream*/) override {
+  void begin(nanoseconds /*now*/, DeviceStream& stream) override {
     lines_.reset(true);
-    may_be_cut_ = !frames_;
+    may_be_cut_ = !frames_ && !stream.from_start;
     if (frames_) frames_->reset();
     order_.reopened();
     unread_.clear();
@@ -139,6 +139,7 @@ class CsvLines final : public LineProtocol {
 
   void read_row(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
     const bool cut = std::exchange(may_be_cut_, false);
+    if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // a byte order mark
     if (line.empty() || line.front() == '#') return;
     if (line.find_first_not_of(" \t") == std::string_view::npos) return;
     const bool digits = line.find_first_of("0123456789") != std::string_view::npos;
@@ -228,7 +229,7 @@ class CsvLines final : public LineProtocol {
   /// Obeys the new header if a row fits it, or forgets it.
   void check_new_header(std::string_view line, DeviceStream& stream) {
     NewHeader next = *std::exchange(new_header_, std::nullopt);
-    split(line, next.separator);
+    split(line, next.separator, next.names);
     DeviceReading reading;
     std::optional<std::uint32_t> number;
     // A new separator may come with another decimal sign.
@@ -240,11 +241,15 @@ class CsvLines final : public LineProtocol {
     }
   }
 
-  void split(std::string_view line, char separator) {
+  /// Into the columns of `names`.
+  void split(std::string_view line, char separator, const RowNames& names) {
     parts_.clear();
+    const bool ends = separator != ' ' && line.ends_with(separator);
     while (!line.empty() && parts_.size() < TextRow::kMaxValues) {
       parts_.push_back(take_csv_part(line, separator));
     }
+    // The separator at the end is followed by an empty field, unless all lines end with one.
+    if (ends && parts_.size() + 1 == names.layout().size()) parts_.emplace_back();
   }
 
   /// True if a line has the named columns in the given style or the default style.
@@ -255,7 +260,7 @@ class CsvLines final : public LineProtocol {
     std::optional<std::uint32_t> number;
     const bool marks = line.find_first_of(":=") != std::string_view::npos;
     if (marks && read_labelled_row(line, style, row_, units_)) return false;  // learn() does
-    split(line, style.separator);
+    split(line, style.separator, names_);
     if (!style_ && !read_fields(names_, style.decimal_comma, reading, number)) return false;
     style_ = style;
     return true;
@@ -272,8 +277,9 @@ class CsvLines final : public LineProtocol {
         labelled_ = learned = true;
         break;
       }
-      const std::size_t fields = csv_cells_of(lines.back(), style.separator).size();
-      if (names_.known() ? names_.layout().size() != fields : !take_units(lines.back(), style)) {
+      split(lines.back(), style.separator, names_);
+      if (names_.known() ? names_.layout().size() != parts_.size()
+                         : !take_units(lines.back(), style)) {
         continue;
       }
       style_ = style;
@@ -339,7 +345,7 @@ class CsvLines final : public LineProtocol {
 
   void read_numbers(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
     if (!labelled_) {
-      split(line, style_->separator);
+      split(line, style_->separator, names_);
       read_parts(style_->decimal_comma, arrival, stream);
     } else if (read_labelled_row(line, *style_, row_, units_)) {
       static_cast<void>(read_named(line, style_->decimal_comma, arrival, stream));

@@ -58,6 +58,7 @@ struct DeviceStream {
   std::vector<std::string> notices;  ///< messages for the user
   bool columns_changed = false;      ///< Protocol::channel_names() has changed
   Bytes outgoing;                    ///< to be sent to the device
+  bool from_start = false;           ///< the first byte is the device's first: no line is cut
   ProtocolCounts counts;
   std::string answer;    ///< the newest line, or else the newest bytes
   std::string rejected;  ///< the newest answer that was not as expected, to be quoted; empty: none
@@ -103,6 +104,7 @@ struct ChannelName {
   bool force = true;       ///< in N; else a length in mm, or
   bool pressure = false;   ///< in kPa, or
   bool sync = false;       ///< a digital line without a unit, 0 or 1
+  double factor = 1.0;     ///< of the unit in its name, to that of a reading
 };
 
 /// The names of known quantities. \param channels  bits of DeviceChannel

@@ -82,10 +82,7 @@ bool is_redis_time(std::int64_t time_ns) {
 /// Times in ns: 8 bytes each, or text. Empty if they are something else, or out of range.
 std::vector<std::int64_t> redis_times(std::string_view text) {
   std::vector<std::int64_t> times;
-  const auto number = parse_number(text);
-  if (number && std::abs(*number) <= static_cast<double>(kFarthest_ns)) {
-    return {static_cast<std::int64_t>(*number)};
-  }
+  if (const auto time = parse_time(text, 1)) return {time->count()};
   if (!add_numbers<std::int64_t>(text, times) ||
       !std::all_of(times.begin(), times.end(), is_redis_time)) {
     times.clear();
@@ -95,10 +92,10 @@ std::vector<std::int64_t> redis_times(std::string_view text) {
 
 }  // namespace
 
-void RedisLines::choose_fields(const RedisEntry& entry) {
+void RedisLines::choose_fields(const RedisEntry& entry, const UnitFactors& factors) {
   if (!fields_.empty()) return;
   for (const auto& [name, value] : entry) {
-    const auto column = csv_column_named(name);
+    const auto column = csv_column_named(name, factors);
     if (column && column->kind == CsvColumn::Kind::kValue &&
         !redis_numbers(value, FieldType::kAny).empty()) {
       fields_.push_back({.name = name, .column = name});

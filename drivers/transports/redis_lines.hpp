@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/protocols/unit_factors.hpp"
 #include "drivers/transports/line_buffer.hpp"
 
 namespace merkel {
@@ -40,8 +41,8 @@ class RedisLines {
   [[nodiscard]] const std::vector<RedisField>& fields() const noexcept { return fields_; }
   [[nodiscard]] LineBuffer& lines() noexcept { return lines_; }
   /// If there are no fields yet: those of the entry whose names are columns of the protocol csv and
-  /// whose values are numbers.
-  void choose_fields(const RedisEntry& entry);
+  /// whose values are numbers. \param factors  of those in volts or counts
+  void choose_fields(const RedisEntry& entry, const UnitFactors& factors = {});
   /// Numbers that are missing are not a number.
   void add(const RedisEntry& entry);
   /// The next entry is the first one of a connection.

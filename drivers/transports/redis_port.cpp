@@ -86,12 +86,12 @@ class RedisPort final : public Transport {
   }
 
   /// Waits for the first entry, and chooses the fields.
-  Expected<void, SetupError> begin() {
+  Expected<void, SetupError> begin(const UnitFactors& factors) {
     if (auto opened = reopen(); !opened) return opened;
     for (auto left = kRedisPatience; left.count() > 0; left -= kMaxBlock) {
       const auto entries = next_entries(kMaxBlock);
       if (!entries || entries->empty()) continue;
-      lines_.choose_fields(entries->front().fields);
+      lines_.choose_fields(entries->front().fields, factors);
       for (const IdentifiedEntry& entry : *entries) lines_.add(entry.fields);
       if (!lines_.fields().empty()) return {};
       std::string names;
@@ -151,9 +151,10 @@ class RedisPort final : public Transport {
 }  // namespace
 
 Expected<RedisEntries, SetupError> open_redis_stream(const Uri& uri, const std::string& stream,
-                                                     std::vector<RedisField> fields) {
+                                                     std::vector<RedisField> fields,
+                                                     const UnitFactors& factors) {
   auto port = std::make_unique<RedisPort>(uri, stream, std::move(fields));
-  if (auto begun = port->begin(); !begun) return Unexpected<SetupError>(begun.error());
+  if (auto begun = port->begin(factors); !begun) return Unexpected<SetupError>(begun.error());
   RedisEntries entries{.port = nullptr, .fields = port->fields()};
   entries.port = std::move(port);
   return entries;

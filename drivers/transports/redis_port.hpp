@@ -19,8 +19,10 @@ struct RedisEntries {
 
 /// Opens the entries that come from now on; waits two seconds for the first.
 /// \param fields  empty: those of the first entry whose names are columns of the protocol csv
+/// \param factors  of columns in volts or counts
 [[nodiscard]] Expected<RedisEntries, SetupError> open_redis_stream(const Uri& uri,
                                                                    const std::string& stream,
-                                                                   std::vector<RedisField> fields);
+                                                                   std::vector<RedisField> fields,
+                                                                   const UnitFactors& factors);
 
 }  // namespace merkel

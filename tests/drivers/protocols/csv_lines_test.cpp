@@ -1,9 +1,14 @@
 // Lines of numbers in common formats.
+#include "drivers/protocols/csv_lines.hpp"
+
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
+#include "tests/text_has.hpp"
 
 namespace merkel {
 namespace {
@@ -108,6 +113,55 @@ TEST(CsvInTheWild, AHeaderInAnyStyleNamesTheColumns) {
     ASSERT_EQ(talk.stream.readings.size(), 2U) << text;
     EXPECT_NEAR(talk.stream.readings[1][DeviceChannel::kForce], 0.6, 1e-12);
   }
+}
+
+// A sensor without a value must not cut off the others of its device, wherever its column is.
+TEST(CsvInTheWild, TheLastFieldMayBeEmpty) {
+  for (const char* const text :
+       {"0,0.25,0.5\n1,0.25,\n2,0.25,\n3,0.25,0.5\n", "0;0,25;\n1;0,25;\n2;0,25;\n3;0,25;0,5\n",
+        "0\t0.25\t0.5\n1\t0.25\t\n2\t0.25\t\n3\t0.25\t0.5\n"}) {
+    Talk talk("csv", "columns=time_ms,thumb_N,palm_N");
+    talk.stream.from_start = true;
+    talk.protocol->begin({}, talk.stream);
+    talk.take(text);
+    ASSERT_EQ(talk.stream.readings.size(), 4U) << text;
+    EXPECT_EQ(talk.stream.counts.damaged, 0U) << text;
+    EXPECT_EQ(talk.stream.readings[1][named_channel(0)], 0.25) << text;
+    EXPECT_TRUE(std::isnan(talk.stream.readings[1][named_channel(1)])) << text;
+    EXPECT_EQ(talk.stream.readings[3][named_channel(1)], 0.5) << text;
+  }
+  // A separator at the end of every line is no field.
+  Talk ended("csv", "columns=time_ms,thumb_N");
+  ended.take("x\n0,0.25,\n1,0.25,\n2,0.25,\n");
+  EXPECT_EQ(ended.stream.readings.size(), 3U);
+}
+
+TEST(CsvInTheWild, TheFirstLineCountsIfItIsWhole) {
+  for (const bool whole : {false, true}) {
+    Talk talk("csv", "columns=time_ms,force_N");
+    talk.stream.from_start = whole;
+    talk.protocol->begin({}, talk.stream);
+    talk.take("1,0.5\n2,0.5\n");
+    EXPECT_EQ(talk.stream.readings.size(), whole ? 2U : 1U);
+  }
+  Talk marked("csv", "");  // with a byte order mark
+  marked.take("\xEF\xBB\xBFtime_ms,force_N\n1,0.5\n2,0.6\n");
+  ASSERT_EQ(marked.stream.readings.size(), 2U);
+  EXPECT_TRUE(marked.stream.readings[1].device_time);
+}
+
+// A double holds the microseconds since 1970 to a quarter of one.
+TEST(CsvInTheWild, TimesAreExactInEveryUnit) {
+  Talk talk("csv", "columns=time_us,force_N");
+  talk.take("x\n1764200000000004.125,0.5\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_EQ(talk.stream.readings[0].device_time,
+            std::chrono::nanoseconds{1'764'200'000'000'004'125});
+  const auto uri = Uri::parse("serial:?columns=time_ms,time_s,force_N");
+  UriOptions options(*uri);
+  const auto twice = make_csv_lines(options);
+  ASSERT_FALSE(twice);
+  EXPECT_TRUE(has(twice.error().sentence, "time_ms and time_s are both the time"));
 }
 
 TEST(CsvInTheWild, AHeaderMayHaveUnitsInBrackets) {

@@ -34,6 +34,19 @@ TEST(RedisLines, AnEntryIsALineAtItsTime) {
   EXPECT_EQ(text_of(lines), "1.500000001,0.25\n2.000000000,0.5\n");
 }
 
+TEST(RedisLines, FieldsInVoltsAreChosenWithTheirFactor) {
+  const RedisEntry entry = {{"ts", "1764200000000000001"}, {"force_V", "0.25"}};
+  RedisLines lines({});
+  lines.choose_fields(entry);
+  EXPECT_TRUE(lines.fields().empty());
+  UnitFactors factors;
+  EXPECT_EQ(factors.add("force_N_per_V", 2.0), "");
+  lines.choose_fields(entry, factors);
+  ASSERT_EQ(lines.fields().size(), 1U);
+  lines.add(entry);
+  EXPECT_EQ(text_of(lines), "1764200000.000000001,0.25\n");
+}
+
 TEST(RedisLines, ALabelIsNoNumberHoweverLongItIs) {
   for (const char* const label :
        {R"({"merkel_time_ns":7})", R"({"merkel_time_ns":4598603525947})", "{}", R"({"i":10})"}) {
