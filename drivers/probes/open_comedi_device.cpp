@@ -48,12 +48,19 @@ std::vector<std::pair<double, double>> analog_ranges(std::string_view text) {
 std::string take_volts(std::vector<CsvColumn>& columns) {
   for (CsvColumn& column : columns) {
     if (column.kind == CsvColumn::Kind::kSkip || column.sync) continue;  // a sync line stays in V
+    if (column.kind != CsvColumn::Kind::kValue) {
+      return "a card counts its scans itself: write - for " + column.name +
+             ", or leave out its channel";
+    }
     const auto mark = column.name.rfind('_');
     const auto unit = unit_named(mark == std::string::npos ? "" : column.name.substr(mark + 1));
     if (!unit || unit->quantity != Quantity::kVoltage) {
       const std::string stem = column.name.substr(0, mark);
       return "a card measures volts, not " + column.name + ": write " + stem + "_V, and add " +
-             stem + (column.force ? "_N_per_V" : "_mm_per_V");
+             stem +
+             (column.pressure ? "_kPa_per_V"
+              : column.force  ? "_N_per_V"
+                              : "_mm_per_V");
     }
     column.factor /= unit->factor;
   }

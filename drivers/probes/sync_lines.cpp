@@ -40,7 +40,7 @@ Expected<SyncLines, std::string> SyncLines::choose(std::string_view wanted,
                                      "high, for example sync=" +
                                      std::string(name) + ":1.5");
     }
-    lines.lines_.push_back({.channel = found->channel, .level = *level});
+    lines.lines_.push_back({.channel = found->channel, .level = *level * found->factor});
   }
   return lines;
 }

@@ -40,7 +40,13 @@ class AnalogScans final : public Protocol {
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return true; }
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {
-    return names_of_columns(format_.columns);
+    std::vector<ChannelName> names = names_of_columns(format_.columns);
+    for (ChannelName& each : names) {
+      // The factors of the columns are those to one volt.
+      const auto unit = unit_named(each.name.substr(each.name.rfind('_') + 1));
+      if (unit && unit->is_electrical()) each.factor *= unit->factor;
+    }
+    return names;
   }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
     return format_.period;

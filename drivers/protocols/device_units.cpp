@@ -34,6 +34,9 @@ constexpr auto kUnitNames = std::to_array<UnitName>(
      {"Newton", force_unit(1.0)},
      {"mm", length_unit(1.0)},
      {"um", length_unit(units::mm_from_um(1.0))},
+     {"\u00b5m", length_unit(units::mm_from_um(1.0))},  // the micro sign, and the Greek letter
+     {"\u03bcm", length_unit(units::mm_from_um(1.0))},
+     {"cm", length_unit(10.0)},
      {"m", length_unit(1e3)},
      {"in", length_unit(units::kMm_per_inch)},
      {"inch", length_unit(units::kMm_per_inch)},
@@ -50,12 +53,15 @@ constexpr auto kUnitNames = std::to_array<UnitName>(
      {"volts", voltage_unit(1.0)},
      {"mV", voltage_unit(1e-3)},
      {"uV", voltage_unit(1e-6)},
+     {"\u00b5V", voltage_unit(1e-6)},
+     {"\u03bcV", voltage_unit(1e-6)},
      {"count", {Quantity::kCount, 1.0}},
      {"counts", {Quantity::kCount, 1.0}}});
 
 }  // namespace
 
 std::optional<Unit> unit_named(std::string_view name) noexcept {
+  if (name == "mPa") return std::nullopt;  // not MPa
   const auto* const found =
       std::find_if(kUnitNames.begin(), kUnitNames.end(), [name](const UnitName& each) {
         return std::equal(

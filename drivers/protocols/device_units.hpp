@@ -21,7 +21,7 @@ struct Unit {
 };
 
 /// A unit by the names that instruments use, in any case: N, mN, kN, lbF, ozF, kgF, gF; mm, um, m,
-/// in; kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg; V, mV, uV; count. Empty for any other name.
+/// cm, in; kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg; V, mV, uV; count. Empty for any other name.
 [[nodiscard]] std::optional<Unit> unit_named(std::string_view name) noexcept;
 
 /// The factor of a unit, if it is one of that quantity.
@@ -32,7 +32,7 @@ struct Unit {
 
 /// The names above, for error messages.
 inline constexpr std::string_view kForceUnits = "N, mN, kN, lbF, ozF, kgF, gF";
-inline constexpr std::string_view kLengthUnits = "mm, um, m, in";
+inline constexpr std::string_view kLengthUnits = "mm, um, cm, m, in";
 inline constexpr std::string_view kPressureUnits = "kPa, Pa, hPa, MPa, mbar, bar, psi, mmHg";
 
 }  // namespace merkel

@@ -241,22 +241,28 @@ void Hbf1Hello::read_values(std::span<const std::uint8_t> values,
                             DeviceReading& reading) const noexcept {
   for (const Channel& channel : layout_) {
     double raw = 0.0;
+    bool at_end = false;  // of its format
     switch (channel.format) {
       case Hbf1Format::kInt16: {
         const auto counts = static_cast<std::int16_t>(read_u16(values.first<2>()));
-        reading.saturated = reading.saturated || counts == INT16_MAX || counts == INT16_MIN;
+        at_end = counts == INT16_MAX || counts == INT16_MIN;
         raw = counts;
         break;
       }
-      case Hbf1Format::kInt32:
-        raw = static_cast<std::int32_t>(read_u32(values.first<4>()));
+      case Hbf1Format::kInt32: {
+        const auto counts = static_cast<std::int32_t>(read_u32(values.first<4>()));
+        at_end = counts == INT32_MAX || counts == INT32_MIN;
+        raw = counts;
         break;
+      }
       case Hbf1Format::kFloat:
         raw = static_cast<double>(std::bit_cast<float>(read_u32(values.first<4>())));
         break;
     }
     values = values.subspan(channel.bytes());
-    if (channel.channel) reading.set(*channel.channel, raw * channel.scale + channel.offset);
+    if (!channel.channel) continue;
+    reading.set(*channel.channel, raw * channel.scale + channel.offset);
+    reading.saturated = reading.saturated || at_end;
   }
 }
 

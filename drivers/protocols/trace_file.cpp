@@ -172,7 +172,13 @@ std::string TraceReader::listed_extra_columns() const {
   for (const std::string& name : extra_columns_) {
     const std::string nearest = nearest_name(name, kColumnNames);
     list.append(list.empty() ? "" : ", ").append(name);
-    if (!nearest.empty()) list += " (did you mean " + nearest + "?)";
+    const auto quantity = [](std::string_view text) { return text.substr(0, text.rfind('_')); };
+    const auto column = csv_column_named(name);
+    if (!column && quantity(name) == quantity(nearest)) {
+      list += " (" + column.error() + ")";  // of the same quantity, in another unit
+    } else if (!nearest.empty()) {
+      list += " (did you mean " + nearest + "?)";
+    }
   }
   return list;
 }

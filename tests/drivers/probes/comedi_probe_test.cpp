@@ -385,6 +385,9 @@ TEST_F(ComediProbe, WhatTheCardCannotDoIsRefusedWithTheRemedy) {
   expect("columns=force_V&force_N_per_V=1&range=1,2,3", "such as -5:5");
   expect("columns=force_N",
          "a card measures volts, not force_N: write force_V, and add force_N_per_V");
+  expect("columns=taxel_kPa", "write taxel_V, and add taxel_kPa_per_V");
+  expect("columns=time_us,force_V&force_N_per_V=1",
+         "write - for time_us, or leave out its channel");
   expect("columns=force_V", "force_N_per_V");
   expect("columns=force_V&force_N_per_V=1&rates_hz=5", "rates_hz");
   card.shortest_period_ns = 100'000;

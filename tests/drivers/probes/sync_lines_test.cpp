@@ -12,12 +12,7 @@ using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
 
 std::vector<ChannelName> channels_named(const std::string& names) {
-  std::vector<ChannelName> channels;
-  const auto columns = *csv_columns_named(names, ',');
-  for (const CsvColumn& column : columns) {
-    channels.push_back({.name = column.name, .channel = column.channel, .sync = column.sync});
-  }
-  return channels;
+  return names_of_columns(*csv_columns_named(names, ','));
 }
 
 /// The edges of readings of one channel, one each millisecond.
@@ -41,6 +36,13 @@ TEST(SyncLines, AColumnNamedSyncHasItsEdgesHalfWayBetweenTwoReadings) {
   EXPECT_EQ(edges[0], (SyncEdge{.time = nanoseconds{1'500'000}, .line = 1, .level = 1}));
   EXPECT_EQ(edges[1].level, 0U);
   EXPECT_EQ(edges[1].time, nanoseconds{4'600'000});  // falls below 0.4
+}
+
+TEST(SyncLines, ALevelIsInTheUnitOfItsColumn) {
+  const auto channels = channels_named("force_N,trigger_um");
+  auto lines = SyncLines::choose("trigger_um:2000", channels);
+  ASSERT_TRUE(lines) << lines.error();
+  EXPECT_EQ(edges_of(*lines, channels[1], {0.0, 4.0, 0.0}).size(), 2U);  // readings are in mm
 }
 
 TEST(SyncLines, ALineThatIsHighAtFirstHasNoEdgeThere) {

@@ -155,6 +155,22 @@ TEST(Hbf1, AReadingAtTheEndOfItsFormatOrSoReportedIsSaturated) {
   for (std::size_t i = 1; i < 5; ++i) EXPECT_TRUE(talk.stream.readings[i].saturated) << i;
 }
 
+TEST(Hbf1, AReadingAtTheEndOf32BitsIsSaturated) {
+  Talk talk("hbf1");
+  Firmware firmware;
+  talk.take(firmware.hello(0, 4, 1, 3, 1e-4F));
+  for (const Bytes& body : std::vector<Bytes>{{0, 0, 0xfe, 0xff, 0xff, 0x7f},
+                                              {0, 0, 0xff, 0xff, 0xff, 0x7f},
+                                              {0, 0, 0x00, 0x00, 0x00, 0x80}}) {
+    talk.now += milliseconds{1};
+    talk.take(firmware.frame(Hbf1Type::kSample, 1000, body));
+  }
+  ASSERT_EQ(talk.stream.readings.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(talk.stream.readings[i].saturated, i > 0) << i;
+  }
+}
+
 TEST(Hbf1, AnUnknownUnitIsNamed) {
   Talk talk("hbf1");
   talk.take(Firmware().hello(0, 0, 2, 9));

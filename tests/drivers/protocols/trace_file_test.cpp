@@ -132,6 +132,12 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
       sentence_about("time_s,dept_mm\n"),
       "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; other "
       "units are named like force_g and depth_um; the model does not use dept_mm (did you mean depth_mm?)");
+  // The nearest name would be another unit, and so a wrong number.
+  EXPECT_EQ(
+      sentence_about("time_s,depth_yd\n"),
+      "t.csv:1: a column depth_mm or force_N is missing: add the recorded one; other units are "
+      "named like force_g and depth_um; the model does not use depth_yd (the unit of depth_yd is "
+      "unknown: lengths are in mm, um, cm, m, in)");
   EXPECT_EQ(sentence_about("depth_mm\n1\n"),
             "t.csv:1: the column time_s is missing: add the times, in seconds (or time_ms, "
             "time_us)");
