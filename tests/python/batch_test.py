@@ -242,15 +242,25 @@ class Program(Case):
         trace.write_bytes(b"".join(trace.read_bytes().splitlines(keepends=True)[:-5]))
         run(2)
 
-    def test_a_file_that_a_scene_writes_is_no_input_of_its_job(self):
-        out, scene = self.folder / "out", self.folder / "own.toml"
-        scene.write_text(f'[[sink]]\nuri = "csv:{self.folder / "spikes.csv"}"\n')
-        jobs = self.jobs([{"scene": str(scene), "duration_s": 0.2}])
-        self.batch(jobs, "--out", out)
+    def test_jobs_do_not_open_the_sinks_of_their_scenes(self):
+        out, scene, precious = (self.folder / name for name in ("out", "own.toml", "precious.csv"))
+        scene.write_text(f'[[sink]]\nuri = "csv:{precious}"\n')
+        precious.write_text("mine")
+        jobs = [{"scene": str(scene), "duration_s": 0.2, "seed": 1}, {"scene": str(scene), "duration_s": 0.2, "skin.radius_mm": 9}]
+        done = self.batch(self.jobs(jobs), "--out", out, "--keep", "csv")
+        self.assertEqual(done.stderr.count("does not open the sinks of its scenes"), 1)
+        self.assertEqual(precious.read_text(), "mine")
         rows = (out / "rows.jsonl").read_text()
-        self.assertTrue((self.folder / "spikes.csv").exists())
-        self.batch(jobs, "--out", out)
+        self.assertEqual(rows.count("\n"), 2)
+        with self.assertWarnsRegex(UserWarning, "does not open the sinks of its scenes"):
+            merkel.batch(jobs, out=out, keep="csv")  # goes on with the folder
         self.assertEqual((out / "rows.jsonl").read_text(), rows)
+        own = merkel.Scene(scene)
+        with self.assertWarnsRegex(UserWarning, "does not open the sinks of its scenes"):
+            listed = merkel.batch([{**job, "scene": own} for job in jobs], cores=1)
+        self.assertEqual([row["spike_hash"] for row in listed.rows], [row["spike_hash"] for row in self.table(out)])
+        self.assertEqual(precious.read_text(), "mine")
+        self.assertIn(str(precious), own.text)
 
     def test_each_row_has_the_command_that_repeats_it(self):
         job = {**JOBS[1], "duration_s": 0.75, "probe.tip": "bars", "probe.bar_gaps_mm": "[3, 5]"}
@@ -295,11 +305,14 @@ class Program(Case):
         self.assertIn("neither a session", self.batch(sessions, TRACE, "--out", out, exit_code=2).stderr)
         self.assertIn("holds no session", self.batch("tests/traces", "--out", out, exit_code=2).stderr)
 
-    def test_a_table_that_no_batch_has_written_is_kept(self):
-        (self.folder / "results.csv").write_text("mine")
-        with self.assertRaisesRegex(merkel.Error, "no batch has written it"):
-            merkel.batch(JOBS[:1], out=self.folder)
-        self.assertEqual((self.folder / "results.csv").read_text(), "mine")
+    def test_files_that_no_batch_has_written_are_kept(self):
+        for name in ("results.csv", "first.csv"):
+            file = self.folder / name[:-4] / name
+            file.parent.mkdir()
+            file.write_text("mine")
+            with self.assertRaisesRegex(merkel.Error, "no batch has written it"):
+                merkel.batch([{**JOBS[0], "name": "first"}], out=file.parent, keep="csv")
+            self.assertEqual(file.read_text(), "mine")
 
     def test_failures_are_rows_and_the_exit_code_is_1(self):
         jobs = self.jobs([{"probe": "replay:" + TRACE}, {"probe": "replay:" + TRACE, "skin.radus_mm": 8},

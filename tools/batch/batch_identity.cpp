@@ -90,9 +90,7 @@ std::vector<std::string> texts_in(const std::string& scene) {
       for (const toml::node& value : *array) collect(value);
     }
   };
-  for (const auto& [key, value] : *parsed) {
-    if (key != "sink") collect(value);  // a job writes these files
-  }
+  collect(*parsed);
   return texts;
 }
 

@@ -9,7 +9,7 @@ namespace merkel {
 
 /// A hash of everything that determines the result of a job, the same for `merkel batch` and
 /// merkel.batch() in Python.
-/// \param scene  the name of a preset, or the whole text of a scene
+/// \param scene  the name of a preset, or the whole text of a scene without its sinks
 /// \param kept  format of the kept file; empty: none
 /// \param more  what only Python gives: the arrays of a press, a function that keeps
 [[nodiscard]] std::string batch_id(const BatchJob& job, const std::string& scene,

@@ -35,19 +35,27 @@ const std::vector<std::string>& job_columns() {
   return columns;
 }
 
-/// The name of a preset, or the text of a scene file, read once.
-class SceneTexts {
+/// The scenes of jobs, each read once.
+class JobScenes {
  public:
-  const std::string& operator()(const std::string& name_or_file) {
-    const auto [at, added] = known_.try_emplace(name_or_file, name_or_file);
+  struct JobScene {
+    std::string text;  ///< the name of a preset, or the text of a scene file without its sinks
+    bool has_sinks = false;
+  };
+
+  const JobScene& operator()(const std::string& name_or_file) {
+    const auto [at, added] = known_.try_emplace(name_or_file, JobScene{.text = name_or_file});
     if (added && !preset_scene(name_or_file)) {
-      if (const auto scene = scene_named(name_or_file)) at->second = scene_text(*scene);
+      if (auto scene = scene_named(name_or_file)) {
+        at->second.has_sinks = drop_sinks(*scene);
+        at->second.text = scene_text(*scene);
+      }
     }
     return at->second;
   }
 
  private:
-  std::map<std::string, std::string> known_;
+  std::map<std::string, JobScene> known_;
 };
 
 void set_cell(const std::string& column, const std::string& cell, BatchJob& job) {
@@ -81,6 +89,7 @@ Json failure(const std::string& sentence) { return {{"status", "failed"}, {"erro
 Expected<PreparedRun, SetupError> prepare(const BatchJob& job, ModelCache& models) {
   auto base = scene_named(job.scene);
   if (!base) return Unexpected<SetupError>(base.error());
+  drop_sinks(*base);
   auto scene = with_overrides(*base, job.overrides);
   if (!scene) return Unexpected<SetupError>(scene.error());
   if (!job.probe.empty()) {
@@ -164,11 +173,13 @@ Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, cons
   }
   std::vector<BatchJob> jobs;
   std::map<std::string, std::string> names;  // of kept files, with the job of each
-  SceneTexts texts;
+  JobScenes scenes;
   for (const auto& row : table.rows) {
     BatchJob job{.scene = "paper"};
     for (std::size_t i = 0; i < row.size(); ++i) set_cell(table.columns[i], row[i], job);
-    job.id = batch_id(job, texts(job.scene), keep.format);
+    const auto& scene = scenes(job.scene);
+    job.has_sinks = scene.has_sinks;
+    job.id = batch_id(job, scene.text, keep.format);
     if (!keep.format.empty()) {
       auto file = kept_file(job, keep.extension);
       if (!file) return Unexpected<SetupError>(file.error());
@@ -214,6 +225,12 @@ const std::vector<std::string>& outcome_columns() {
   return columns;
 }
 
+bool drop_sinks(Scene& scene) {
+  const bool any = !scene.sinks.empty();
+  scene.sinks.clear();
+  return any;
+}
+
 Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& models) {
   const auto begin = std::chrono::steady_clock::now();
   if (!job.error.empty()) return failure(job.error);
@@ -223,9 +240,9 @@ Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& model
   Pipeline pipeline(*run->model, run->parameters);
   run->add_probes_to(pipeline);
   const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
-                        .overwrite = true,
+                        .overwrite = true,  // BatchFolder::open has refused the files of others
                         .run = std::move(run->description)};
-  std::vector<std::string> sinks = run->scene.sinks;
+  std::vector<std::string> sinks;
   if (!job.file.empty()) sinks.push_back(keep.format + ":" + keep.folder + "/" + job.file);
   auto opened = open_sinks(sinks, setup);
   if (!opened) return failure(opened.error().sentence);

@@ -23,6 +23,7 @@ struct BatchJob {
   std::optional<std::uint64_t> seed = std::nullopt;
   std::optional<double> duration_s = std::nullopt;
   SceneOverrides overrides = {};
+  bool has_sinks = false;  ///< whether its scene has sinks, which it does not open
   std::string error = {};  ///< why it cannot run; empty: it can
 };
 
@@ -55,8 +56,13 @@ struct BatchKeep {
 /// The columns of the result table after those of the jobs.
 [[nodiscard]] const std::vector<std::string>& outcome_columns();
 
-/// Runs a job as `merkel run --fast` does. \return its outcome by column; with status "failed" and
-/// the error where it fails; null if it was interrupted (SIGINT, SIGTERM)
+/// Removes the sinks of a scene: all jobs of a batch would write to them. \return whether it had
+/// any
+bool drop_sinks(Scene& scene);
+
+/// Runs a job as `merkel run --fast` does, without the sinks of its scene. \return its outcome by
+/// column; with status "failed" and the error where it fails; null if it was interrupted (SIGINT,
+/// SIGTERM)
 [[nodiscard]] Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& models);
 
 }  // namespace merkel

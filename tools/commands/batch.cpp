@@ -81,6 +81,11 @@ int batch(const BatchOptions& options) {
   if (!table) return refuse(table.error());
   const auto jobs = jobs_of(*table, *keep);
   if (!jobs) return refuse(jobs.error());
+  if (std::ranges::any_of(*jobs, &BatchJob::has_sinks)) {
+    warn(
+        "note: a batch does not open the sinks of its scenes, since all jobs would write to them: "
+        "--keep FORMAT writes a file for each job");
+  }
   auto folder = BatchFolder::open(options.out, *jobs);
   if (!folder) return refuse(folder.error());
   const auto complete = run_missing(options, *keep, *jobs, *folder);

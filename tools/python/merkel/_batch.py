@@ -1,6 +1,7 @@
 """Many runs on the cores of this machine, or on any concurrent.futures.Executor: merkel.batch()."""
 import pathlib
 import sys
+import warnings
 
 import numpy as np
 
@@ -93,7 +94,8 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
 
     keep says what becomes of a run: "spikes" (the Run; with out an .npz file), "table" (only the row), a file
     format ("nwb", "xdf", "csv", "sonata" or "gdf"; needs out), or a function of the Run that returns numbers or an array
-    (a repeated call knows it by its name).
+    (a repeated call knows it by its name). The sinks of a scene are not opened, since all jobs would write to them;
+    a warning says so.
 
     A job that fails is a row with the error. With out, a folder, finished jobs are recorded at once, and a repeated
     call runs only the others, and so does `merkel batch` with the same folder; out/results.csv is the table, whose last
@@ -108,7 +110,7 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     """
     jobs = dicts(jobs)
     journal = Journal(out) if out is not None else None
-    rows, kept, twins, files = {}, {}, {}, {}
+    rows, kept, twins, files, with_sinks = {}, {}, {}, {}, []
 
     def new_jobs():
         for number, given in enumerate(jobs):
@@ -116,6 +118,8 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
             rows[number] = row
             if job is None:
                 continue
+            if job["has_sinks"]:
+                with_sinks.append(number)
             numbers_of_job = twins.setdefault(row["id"], [])
             numbers_of_job.append(number)
             if len(numbers_of_job) > 1:
@@ -123,6 +127,8 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
             if files.setdefault(job["file"], row["id"]) != row["id"] and job["file"]:
                 raise Error(f"two different jobs have the name \"{job['name']}\", but each keeps a file of its name: "
                             "give them different names")
+            if journal:
+                journal.check_own(job)
             finished = journal.finished(row["id"]) if journal else None
             if finished is None:
                 yield job
@@ -147,6 +153,9 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     finally:
         if journal:
             journal.close()
+    if with_sinks:
+        warnings.warn("a batch does not open the sinks of its scenes, since all jobs would write to them: "
+                      "keep=\"csv\" or another format writes a file for each job", stacklevel=2)
     return Batch(results)
 
 

@@ -95,6 +95,10 @@ def _start_worker(parent, own_core=None):
         os.sched_setaffinity(0, [core])
 
 
+def _foreign(path):
+    return Error(f"cannot write {path}: it exists, and no batch has written it; move it, or use another folder")
+
+
 class Journal:
     """The folder of a batch: rows.jsonl has the outcome of each finished job, results.csv the table."""
 
@@ -103,7 +107,7 @@ class Journal:
         os.makedirs(self.folder, exist_ok=True)
         journal, table = os.path.join(self.folder, "rows.jsonl"), os.path.join(self.folder, "results.csv")
         if os.path.lexists(table) and not os.path.lexists(journal):
-            raise Error(f"cannot write {table}: it exists, and no batch has written it; move it, or use another folder")
+            raise _foreign(table)
         self._file = open(journal, "a+")
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -132,6 +136,12 @@ class Journal:
         # A job of the same name may have replaced the file since.
         own = self._job_of_file.get(file) == identity and os.path.exists(os.path.join(self.folder, file))
         return outcome if not file or own else None
+
+    def check_own(self, job):
+        """Raises Error if a file has the name of a job's kept one, but no batch has written it."""
+        path = os.path.join(self.folder, job["file"])
+        if job["name"] and job["file"] and job["file"] not in self._job_of_file and os.path.lexists(path):
+            raise _foreign(path)
 
     def add(self, identity, outcome):
         self._file.write(json.dumps({"id": identity, **outcome}) + "\n")

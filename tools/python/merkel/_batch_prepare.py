@@ -1,4 +1,5 @@
 """What becomes of the jobs of merkel.batch() before they run: rows of its table, and what a worker needs."""
+import copy
 import hashlib
 import numbers
 import os
@@ -52,12 +53,12 @@ def _whole(name, value):
 
 
 def _scene(given):
-    """What identifies the scene of a job: the name of a preset, or a text."""
-    if isinstance(given, Scene):
-        return given.text
-    if given in presets():
-        return given
-    return Scene(given).text
+    """(identity, has_sinks): the name of a preset, or a text without sinks, and whether the scene has some."""
+    if not isinstance(given, Scene) and given in presets():
+        return given, False
+    scene = copy.copy(given) if isinstance(given, Scene) else Scene(given)
+    has_sinks = scene._drop_sinks()
+    return scene.text, has_sinks
 
 
 def _session(given):
@@ -112,9 +113,11 @@ def _job(given, row, keep, folder):
             raise Error(f"a job has no key {name}: the known ones are {', '.join(_KEYS)}, and keys of the scene such "
                         "as skin.radius_mm")
     scene = given.get("scene", "paper")
-    job = {"scene": _scene(scene), "session": _session(scene), "overrides": {name: _text(value) for name, value in overrides.items()},
-           "press": None, "probe": None, "file": "", "command": "", "seed": None, "duration_s": None, "folder": folder,
-           "keep": given.get("keep", keep), "name": str(given.get("name", ""))}
+    text, has_sinks = _scene(scene)
+    job = {"scene": text, "has_sinks": has_sinks, "session": _session(scene),
+           "overrides": {name: _text(value) for name, value in overrides.items()}, "press": None, "probe": None, "file": "",
+           "command": "", "seed": None, "duration_s": None, "folder": folder, "keep": given.get("keep", keep),
+           "name": str(given.get("name", ""))}
     if not callable(job["keep"]):
         if job["keep"] not in ("spikes", "table", *FORMATS):
             raise Error(f"keep must be a function or one of spikes, table, {', '.join(FORMATS)}, but is {job['keep']!r}")

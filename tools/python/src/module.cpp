@@ -11,6 +11,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "tools/batch/batch_identity.hpp"
+#include "tools/batch/batch_job.hpp"
 #include "tools/program/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
@@ -144,6 +145,9 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
           py::kw_only(), py::arg("max_gap_s") = StreamObject::kMaxGap_s,
           "Builds the model and returns a Stream to push samples into. A sample more than max_gap_s "
           "seconds after its probe's last one raises Error.")
+      .def(
+          "_drop_sinks", [](SceneObject& scene) { return drop_sinks(scene.scene()); },
+          "drop_sinks() of tools/batch/batch_job.hpp.")
       .def("__copy__", [](const SceneObject& scene) { return scene; })
       .def(py::pickle(
           [](const SceneObject& scene) { return py::str(scene_text(scene.scene())); },
