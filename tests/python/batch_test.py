@@ -217,11 +217,11 @@ class Program(Case):
         self.assertIn("cannot be that of its kept file", merkel.batch([{"name": "a/b"}], out=out, keep="csv").rows[0]["error"])
 
     def test_a_changed_file_of_a_job_is_run_again(self):
-        """A recording, the shape and the recording that a scene names, and a shape that a column names."""
+        """A recording, one with chosen channels, the shape and the recording that a scene names, and a shape that a column names."""
         out, shape, trace, scene = (self.folder / name for name in ("out", "shape.csv", "press.csv", "own.toml"))
         trace.write_bytes(pathlib.Path(TRACE).read_bytes())
         scene.write_text(f'[[probe]]\nuri = "replay:{trace}"\ntip = "shape"\nshape = "shape.csv"\npixel_mm = 0.2\n')
-        jobs = [{"probe": f"replay:{trace}"}, {"scene": str(scene), "duration_s": 0.2},
+        jobs = [{"probe": f"replay:{trace}"}, {"probe": f"replay:{trace}#depth=depth_mm"}, {"scene": str(scene), "duration_s": 0.2},
                 {"duration_s": 0.2, "probe.tip": "shape", "probe.shape": str(shape), "probe.pixel_mm": 0.2}]
         heights = np.zeros((12, 12))
 
@@ -234,13 +234,13 @@ class Program(Case):
             self.assertEqual((out / "rows.jsonl").read_text(), rows)
 
         np.savetxt(shape, heights, delimiter=",")
-        run(3)
+        run(4)
         run(0)
         heights[3, 3] = 0.2
         np.savetxt(shape, heights, delimiter=",")
         run(2)
         trace.write_bytes(b"".join(trace.read_bytes().splitlines(keepends=True)[:-5]))
-        run(2)
+        run(3)
 
     def test_jobs_do_not_open_the_sinks_of_their_scenes(self):
         out, scene, precious = (self.folder / name for name in ("out", "own.toml", "precious.csv"))

@@ -14,6 +14,7 @@
 #include "drivers/files/example_file.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/toml.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
 
@@ -67,12 +68,14 @@ std::string content_of(const std::string& text) {
     const std::string hash = hash_of_file(path);
     return hash.empty() ? name : "#" + hash;
   };
-  const auto uri = Uri::parse(text);
+  const auto [whole, fragment] = split_fragment(text);
+  const auto uri = Uri::parse(whole);
   if (!uri) return content(text, text);
   const std::string path =
       uri->scheme == "replay" ? path_or_example(Example::kTrace, uri->path) : uri->path;
   std::string all = uri->scheme + ":" + content(uri->path, path);
   for (const auto& [name, value] : uri->options) all += "?" + name + "=" + content(value, value);
+  if (fragment) all += "#" + *fragment;
   return all;
 }
 

@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from ._batch_job import EXTENSIONS, FORMATS
-from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _session_jobs, presets
+from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _session_jobs, _split_fragment, presets
 
 _KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
 _PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
@@ -76,12 +76,13 @@ def _probe(given):
     uri = given if isinstance(given, str) and given.partition(":")[0].isalpha() and ":" in given else "replay:" + os.fspath(given)
     if not uri.startswith("replay:"):
         return uri
-    path, mark, options = uri[len("replay:"):].partition("?")
+    whole, fragment = _split_fragment(uri)
+    path, mark, options = whole[len("replay:"):].partition("?")
     if os.path.exists(path):
         path = os.path.abspath(path)
     elif os.path.dirname(path) or os.path.splitext(path)[1]:
         raise Error(f"there is no recording {os.path.abspath(path)}")
-    return "replay:" + path + mark + options
+    return "replay:" + path + mark + options + ("" if fragment is None else "#" + fragment)
 
 
 def prepared(number, given, keep, folder):

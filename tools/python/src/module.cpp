@@ -10,6 +10,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "drivers/probes/channel_selection.hpp"
 #include "tools/batch/batch_identity.hpp"
 #include "tools/batch/batch_job.hpp"
 #include "tools/program/program.hpp"
@@ -183,6 +184,7 @@ PYBIND11_MODULE(_merkel, module) {
                         scene, kept, more);
       },
       "batch_id() of tools/batch/batch_identity.hpp.");
+  module.def("_split_fragment", &split_fragment, "split_fragment() of channel_selection.hpp.");
   module.def(
       "_batch_command",
       [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
