@@ -11,9 +11,10 @@ namespace {
 
 TEST(Bundle, HoldsARunThatReplaysToTheBitWithChecksums) {
   const TemporaryFolder folder;
-  const std::string session = folder.path("s.xdf");
+  std::filesystem::create_directory(folder.path("me@lab"));
+  const std::string session = folder.path("me@lab/s.xdf");
   ASSERT_EQ(run_program({"run", "finger", "--fast", "--probe", "replay:tests/traces/taps.csv",
-                         "--sink", "xdf:" + session})
+                         "--seed", "7", "--sink", "xdf:" + session})
                 .exit_code,
             0);
   const std::string out = folder.path("deposit");
@@ -32,7 +33,8 @@ TEST(Bundle, HoldsARunThatReplaysToTheBitWithChecksums) {
   EXPECT_EQ(run_program({"compare", out + "/spikes.csv", out + "/session.nwb"}).exit_code, 0);
   const ProgramRun again = run_program({"replay", out + "/session.xdf"});
   EXPECT_EQ(again.exit_code, 0) << again.out;
-  // The scene alone, too, gives the same spikes of the same press.
+  // The scene alone, too, gives the same spikes of the same press: it is complete, with the seeds.
+  EXPECT_EQ(read_file(out + "/scene.toml"), run_program({"scene", session}).out);
   const std::string spikes = folder.path("again.csv");
   ASSERT_EQ(run_program({"run", out + "/scene.toml", "--fast", "--probe",
                          "replay:" + out + "/session.xdf", "--sink", "csv:" + spikes})
@@ -42,6 +44,27 @@ TEST(Bundle, HoldsARunThatReplaysToTheBitWithChecksums) {
   const ProgramRun twice = run_program({"bundle", session, "--out", out, "--skip-score"});
   EXPECT_EQ(twice.exit_code, 2);
   EXPECT_TRUE(has(twice.err, "exists and is not empty")) << twice.err;
+}
+
+TEST(Bundle, ASceneWithAMeasuredShapeRunsFromTheBundleAlone) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  const std::string out = folder.path("deposit");
+  std::string heights;
+  for (int row = 0; row < 8; ++row) heights += row < 4 ? "0,0,0,0,1,1,1,1\n" : "0,0,0,0,0,0,0,0\n";
+  static_cast<void>(folder.file("corner.csv", heights));
+  const std::string scene =
+      folder.file("s.toml", "[[probe]]\ntip = \"shape\"\nshape = \"corner.csv\"\npixel_mm = 0.2\n");
+  ASSERT_EQ(run_program({"run", scene, "--fast", "--duration-s", "0.3", "--sink", "xdf:" + session})
+                .exit_code,
+            0);
+  ASSERT_EQ(run_program({"bundle", session, "--out", out, "--skip-score"}).exit_code, 0);
+  const std::string spikes = folder.path("again.csv");
+  const ProgramRun again = run_program(
+      {"run", out + "/scene.toml", "--fast", "--duration-s", "0.3", "--sink", "csv:" + spikes});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_GT(read_file(spikes).size(), std::string("time_s,neuron\n").size());
+  EXPECT_EQ(read_file(spikes), read_file(out + "/spikes.csv"));
 }
 
 TEST(Bundle, ASessionWithoutASimulationIsRefused) {

@@ -5,16 +5,21 @@
 #include <string>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/core.h>
 
+#include "drivers/files/height_map_file.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/child_process.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
 #include "tools/run/recorded_session.hpp"
+#include "tools/scene/scene_keys.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -66,13 +71,29 @@ Expected<void, SetupError> make_folder(const std::string& folder) {
   return {};
 }
 
+/// The scene of the run, complete, beside its measured shapes. The session has the text of the
+/// scene as it was given, without the seeds of the command line.
+Expected<void, SetupError> write_scene(Bundle& bundle) {
+  auto scene = scene_named(bundle.path("session.xdf"));
+  if (!scene) return Unexpected<SetupError>(scene.error());
+  auto& indenters = scene->model.indenters;
+  for (std::size_t i = 0; i < indenters.size(); ++i) {
+    auto* const shape = std::get_if<ShapeTip>(&indenters[i].tip);
+    if (shape == nullptr) continue;
+    shape->file = fmt::format("shape_{}.csv", i + 1);
+    auto written = bundle.write(shape->file, csv_heights(*shape->map),
+                                fmt::format("the heights of the tip of probe {}, mm", i + 1));
+    if (!written) return written;
+  }
+  return bundle.write("scene.toml", scene_text(*scene),
+                      "the scene: every parameter of skin, tip and afferents, and the seeds");
+}
+
 /// The scene, the calibrations and the versions.
 Expected<void, SetupError> write_facts(const RecordedSession& session, Bundle& bundle) {
   const auto reader = session.reader();
   if (!reader) return Unexpected<SetupError>(reader.error());
-  auto written =
-      bundle.write("scene.toml", reader->fact("scene_text"),
-                   "the scene: every parameter of skin, tip and afferents, and the seeds");
+  auto written = write_scene(bundle);
   const auto calibrations = reader->facts("probe_calibration");
   for (std::size_t i = 0; written && i < calibrations.size(); ++i) {
     if (calibrations[i].empty()) continue;
@@ -112,7 +133,7 @@ int bundle_session(const BundleOptions& options) {
   auto opened = RecordedSession::open(options.session);
   if (!opened) return refuse(opened.error());
   const std::shared_ptr<RecordedSession> session = std::move(*opened);
-  if (!session->scene() || options.session.find('@') != std::string::npos) {
+  if (!session->scene() || !split_rig(options.session).second.empty()) {
     return refuse(options.session +
                   " has no ticks to replay: only a session of merkel run can be bundled");
   }
