@@ -162,6 +162,13 @@ CommandLine& CommandLine::option(const std::string& name, std::optional<std::uin
   return *this;
 }
 
+CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint32_t>& value,
+                                 const std::string& help, Range range) {
+  check_name(*app_, name);
+  last_ = app_->add_option(name, value, help)->check(in_range(range));
+  return *this;
+}
+
 CommandLine& CommandLine::list(const std::string& name, std::vector<std::string>& values,
                                const std::string& help) {
   check_name(*app_, name);

@@ -56,6 +56,8 @@ class CommandLine {
                       const std::string& help, Range range);
   CommandLine& option(const std::string& name, std::optional<std::uint64_t>& value,
                       const std::string& help);
+  CommandLine& option(const std::string& name, std::optional<std::uint32_t>& value,
+                      const std::string& help, Range range);
   /// An option that can be repeated, or all positional arguments.
   CommandLine& list(const std::string& name, std::vector<std::string>& values,
                     const std::string& help);

@@ -304,6 +304,12 @@ TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
   EXPECT_TRUE(has(recorded.err, "spikes on the clock of " + pulses)) << recorded.err;
   EXPECT_GT(read_file(direct).size(), 1000U);
   EXPECT_EQ(read_file(later), read_file(direct));
+  const ProgramRun printed = run_program({"align", copy, "--json"});
+  ASSERT_EQ(printed.exit_code, 0) << printed.err;
+  EXPECT_EQ(nlohmann::json::parse(printed.out), fact);
+  const ProgramRun sentence = run_program({"align", copy});
+  EXPECT_TRUE(has(sentence.err, "the recorded alignment to " + pulses + ": +37.5")) << sentence.err;
+  EXPECT_TRUE(has(sentence.err, " ppm\n")) << sentence.err;
 
   // Again: the same file, and one alignment for each recorder.
   const std::string bytes = read_file(copy);
@@ -327,6 +333,15 @@ TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
   refused({"align", again, "--sink", "csv:" + folder.path("x.csv")},
           "records alignments to " + pulses + ", " + second);
   refused({"align", copy, "--sink", "xdf:" + folder.path("x.xdf")}, "--to PULSES");
+  for (const char* const option : {"--mark", "--line", "--to-line", "--jitter-ms"}) {
+    refused({"align", copy, option, "1"}, std::string(option) + " is about the pulses");
+  }
+  for (const char* const option : {"--line", "--to-line"}) {
+    for (const char* const line : {"0", "65536", "4294967297"}) {
+      refused({"align", session, "--to", pulses, option, line}, "must be from 1 to 65535");
+    }
+    EXPECT_EQ(run_program({"align", session, "--to", pulses, option, "1"}).exit_code, 0);
+  }
   EXPECT_EQ(read_file(session), before);
 
   // Of a session that broke off, the copy is one, too.

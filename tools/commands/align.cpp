@@ -25,13 +25,15 @@ namespace {
 
 using std::chrono::nanoseconds;
 
+constexpr CommandLine::Range kLines{1, 65535};
+
 struct AlignOptions {
   std::string session;
   std::string to;
   std::string mark;
-  std::optional<std::uint64_t> line;
-  std::optional<std::uint64_t> to_line;
-  double jitter_ms = 2.0;
+  std::optional<std::uint32_t> line;
+  std::optional<std::uint32_t> to_line;
+  std::optional<double> jitter_ms;
   std::vector<std::string> sinks;
   std::string time_zero = "device";
   bool overwrite = false;
@@ -42,7 +44,7 @@ struct AlignOptions {
 Expected<std::vector<nanoseconds>, SetupError> pulses_of(const AlignOptions& options) {
   auto file = read_pulse_file(options.to);
   if (!file) return Unexpected<SetupError>(file.error());
-  const auto wanted = static_cast<std::uint32_t>(options.to_line.value_or(0));
+  const std::uint32_t wanted = options.to_line.value_or(0);
   if (file->lines.contains(wanted)) return std::move(file->lines.at(wanted));
   if (!options.to_line && file->lines.size() == 1) return std::move(file->lines.begin()->second);
   std::string known;
@@ -88,13 +90,9 @@ Expected<Json, SetupError> match_session(const AlignOptions& options,
   if (!pulses) return Unexpected<SetupError>(pulses.error());
   const auto own = SessionClock::read(session, nullptr);
   if (!own) return Unexpected<SetupError>(own.error());
-  const auto aligned =
-      align_pulses(*own,
-                   {.mark = options.mark,
-                    .line = options.line ? std::optional(static_cast<std::uint32_t>(*options.line))
-                                         : std::nullopt,
-                    .tolerance = units::nanoseconds_from_s(1e-3 * options.jitter_ms)},
-                   *pulses, options.to);
+  PulseChoice choice{.mark = options.mark, .line = options.line};
+  if (options.jitter_ms) choice.tolerance = units::nanoseconds_from_s(1e-3 * *options.jitter_ms);
+  const auto aligned = align_pulses(*own, choice, *pulses, options.to);
   if (!aligned) return Unexpected<SetupError>(aligned.error());
   clock = aligned->fit.map;
   return alignment_json(*aligned, *own, options.to);
@@ -128,11 +126,38 @@ Expected<void, SetupError> record_alignment(const AlignOptions& options, const s
                       });
 }
 
+/// Prints the alignment that the session records. \param start  of the session, on its clock
+void print_recorded(const AlignOptions& options, const RecordedAlignment& recorded,
+                    const ClockMap& clock, nanoseconds start) {
+  if (options.json) {
+    std::fputs(json_text(recorded.json).c_str(), stdout);
+    return;
+  }
+  std::fputs(
+      fmt::format("{}: the recorded alignment to {}: {:+.9f} s, {:+.3f} ppm\n", options.session,
+                  recorded.to, units::s_from(clock(start) - start), clock.rate() * 1e6)
+          .c_str(),
+      stderr);
+}
+
+/// An option that chooses what is matched with the pulses of --to; empty if none is given.
+std::string matching_option(const AlignOptions& options) {
+  if (!options.mark.empty()) return "--mark";
+  if (options.line) return "--line";
+  if (options.to_line) return "--to-line";
+  return options.jitter_ms ? "--jitter-ms" : "";
+}
+
 int align_session(const AlignOptions& options) {
   const auto zero = time_zero_named(options.time_zero);
   if (!zero) return refuse(zero.error());
   if (options.line && !options.mark.empty()) {
     return refuse("--mark and --line exclude each other: remove one");
+  }
+  if (const auto option = matching_option(options); options.to.empty() && !option.empty()) {
+    return refuse(option +
+                  " is about the pulses on the other clock: name them with --to, or leave " +
+                  option + " out to use the alignment that the session records");
   }
   auto opened = RecordedSession::open(options.session);
   if (!opened) return refuse(opened.error());
@@ -156,6 +181,7 @@ int align_session(const AlignOptions& options) {
     clock = ClockMap(recorded->points);
     to = recorded->to;
     run.facts.emplace_back("aligned_to", to);
+    print_recorded(options, *recorded, clock, session->origin().start);
   } else {
     const auto aligned = match_session(options, *session, clock);
     if (!aligned) return refuse(aligned.error());
@@ -202,10 +228,11 @@ void add_align_command(CommandLine& program) {
           "none: the alignment that the session records")
       .option("--mark", options->mark,
               "Match the session's marks with this label instead of its sync line")
-      .option("--line", options->line, "Sync line of the session, from 1")
-      .option("--to-line", options->to_line, "Line of the other recorder")
+      .option("--line", options->line, "Sync line of the session", kLines)
+      .option("--to-line", options->to_line, "Line of the other recorder", kLines)
       .option("--jitter-ms", options->jitter_ms,
-              "How far the time of a pulse may be off, ms: twice the sample period of the line",
+              "How far the time of a pulse may be off, ms: twice the sample period of the line; "
+              "default: 2",
               {1e-3, 1000.0})
       .list("--sink", options->sinks,
             "Sink URI, repeatable: " + sink_schemes() + "; none: only print the alignment")

@@ -275,7 +275,7 @@ Json alignment_json(const PulseAlignment& aligned, const SessionClock& session,
 
 std::optional<RecordedAlignment> parse_alignment(std::string_view text) {
   constexpr std::int64_t kLargestTime_ns = std::int64_t{1} << 62U;
-  const Json json = Json::parse(text, nullptr, false);
+  Json json = Json::parse(text, nullptr, false);
   const auto is_list = [&](const char* name) {
     return json.contains(name) && json[name].is_array() &&
            std::ranges::all_of(json[name], [](const Json& each) {
@@ -289,12 +289,13 @@ std::optional<RecordedAlignment> parse_alignment(std::string_view text) {
       json["session_ns"].size() != json["to_ns"].size()) {
     return std::nullopt;
   }
-  RecordedAlignment alignment{.to = json["to"].get<std::string>(), .points = {}};
+  RecordedAlignment alignment{.to = json["to"].get<std::string>(), .points = {}, .json = {}};
   for (std::size_t i = 0; i < json["to_ns"].size(); ++i) {
     alignment.points.push_back({.from = nanoseconds{json["session_ns"][i].get<std::int64_t>()},
                                 .to = nanoseconds{json["to_ns"][i].get<std::int64_t>()}});
   }
   if (ClockMap(alignment.points).largest_rate() > kClockSet) return std::nullopt;
+  alignment.json = std::move(json);
   return alignment;
 }
 

@@ -77,6 +77,7 @@ inline constexpr std::string_view kAlignmentFact = "alignment";
 struct RecordedAlignment {
   std::string to;                    ///< the other recorder's file, as the user gave it
   std::vector<ClockReading> points;  ///< of a ClockMap to the other clock
+  Json json;                         ///< the whole value of the fact
 };
 
 /// The value of such a fact. \param to  the other recorder's file
