@@ -226,6 +226,38 @@ TEST(Run, TheSummaryAddsUp) {
   EXPECT_EQ(receptors, 450);
 }
 
+TEST(Run, DistancesAreFromTheFirstProbeThatTouched) {
+  const TemporaryFolder folder;
+  const std::string none =
+      "replay:" + folder.file("none.csv", "time_s,depth_mm\n0,0\n0.5,0\n1,0\n");
+  const auto distances = [&](const std::string& second) {
+    const std::string scene =
+        folder.file("s.toml", "preset = \"goodwin\"\n[[probe]]\nuri = \"" + none +
+                                  "\"\nx_mm = 20\ny_mm = 10\n[[probe]]\nuri = \"" + second +
+                                  "\"\nx_mm = 15\ny_mm = 10\n");
+    const ProgramRun run = run_program({"run", scene, "--fast", "--json", "--duration-s", "0.5"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const auto summary = nlohmann::json::parse(run.out);
+    std::vector<nlohmann::json> all;
+    for (const auto& neuron : summary["neurons"]) {
+      all.push_back(neuron["mean_distance_mm"]);
+    }
+    return all;
+  };
+  const ProgramRun alone = run_program({"run", "goodwin", "--fast", "--json", "--duration-s", "0.5",
+                                        "--set", "probe.x_mm=15", "--set", "probe.y_mm=10"});
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
+  const auto expected = nlohmann::json::parse(alone.out)["neurons"];
+  const auto second = distances("sim:ramp");
+  const auto neither = distances(none);
+  ASSERT_EQ(second.size(), expected.size());
+  ASSERT_EQ(neither.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(second[i], expected[i]["mean_distance_mm"]) << i;
+    EXPECT_TRUE(neither[i].is_null()) << i;
+  }
+}
+
 TEST(Run, TheSummaryBeginsWithTheTouchAndTheSpikesAndEndsWithCounters) {
   const std::string hand = run_program({"run", "hand", "--fast", "--duration-s", "0.6"}).out;
   std::size_t last = 0;

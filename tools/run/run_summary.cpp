@@ -74,16 +74,17 @@ Json sink_json(const RunReport::OfSink& sink) {
   return json;
 }
 
-std::optional<std::size_t> first_probe_on(std::size_t patch, const TactileModel& model) {
+/// The deepest press of the patch's first probe that touched it; null if none did.
+const Press* first_press_on(std::size_t patch, const TactileModel& model) {
   const auto& indenters = model.parameters().indenters;
-  const auto found =
-      std::find_if(indenters.begin(), indenters.end(),
-                   [patch](const Indenter& indenter) { return indenter.patch == patch; });
-  if (found == indenters.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - indenters.begin());
+  for (std::size_t i = 0; i < indenters.size(); ++i) {
+    const Press& press = model.deepest()[i];
+    if (indenters[i].patch == patch && press.touching()) return &press;
+  }
+  return nullptr;
 }
 
-/// The rate during contact is null if no probe touched the patch.
+/// Distance and rate during contact are null if no probe touched the patch.
 Json afferent_json(const RunReport& report, const TactileModel& model) {
   Json rows = Json::array();
   const auto rate_Hz = [](std::uint64_t spikes, double time_s) {
@@ -93,14 +94,13 @@ Json afferent_json(const RunReport& report, const TactileModel& model) {
     const std::size_t first = rows.size();
     const std::size_t neurons = model.patches()[patch].neurons();
     std::vector<std::size_t> receptors(neurons);
-    std::vector<double> distance_mm(neurons);  // from the axis of the patch's first probe
-    const auto probe = first_probe_on(patch, model);
+    std::vector<double> distance_mm(neurons);  // from the axis of the press
+    const Press* const press = first_press_on(patch, model);
     for (const Receptor& receptor : model.patches()[patch].drive().receptors()) {
       ++receptors[receptor.neuron - 1];
-      if (!probe) continue;
-      const Press& press = model.deepest()[*probe];
+      if (press == nullptr) continue;
       distance_mm[receptor.neuron - 1] +=
-          std::hypot(receptor.x_mm - press.x_mm, receptor.y_mm - press.y_mm);
+          std::hypot(receptor.x_mm - press->x_mm, receptor.y_mm - press->y_mm);
     }
     const double contact_s = static_cast<double>(report.contact_ticks_of_patch[patch]) *
                              units::s_from(model.parameters().tick);
@@ -108,12 +108,13 @@ Json afferent_json(const RunReport& report, const TactileModel& model) {
       const std::size_t n = first + i;
       const auto count = static_cast<double>(std::max<std::size_t>(receptors[i], 1));
       const Json whole = rate_Hz(report.spikes_of_neuron[n], units::s_from(report.simulated));
-      rows.push_back({{"neuron", n + 1},
-                      {"receptors", receptors[i]},
-                      {"mean_distance_mm", distance_mm[i] / count},
-                      {"spikes", report.spikes_of_neuron[n]},
-                      {"rate_hz", whole.is_null() ? Json(0.0) : whole},
-                      {"contact_rate_hz", rate_Hz(report.contact_spikes_of_neuron[n], contact_s)}});
+      rows.push_back(
+          {{"neuron", n + 1},
+           {"receptors", receptors[i]},
+           {"mean_distance_mm", press != nullptr ? Json(distance_mm[i] / count) : Json()},
+           {"spikes", report.spikes_of_neuron[n]},
+           {"rate_hz", whole.is_null() ? Json(0.0) : whole},
+           {"contact_rate_hz", rate_Hz(report.contact_spikes_of_neuron[n], contact_s)}});
     }
   }
   return rows;
