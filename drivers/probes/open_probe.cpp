@@ -17,6 +17,9 @@
 #include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
+#include "drivers/protocols/device_units.hpp"
+#include "drivers/protocols/hid_fields.hpp"
+#include "drivers/protocols/protocol_table.hpp"
 #include "drivers/protocols/unit_factors.hpp"
 #include "drivers/uri.hpp"
 
@@ -152,7 +155,43 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
       "comedi:/dev/comedi0?columns=force_V, redis:HOST:PORT?stream=NAME and fused:URI|URI");
 }
 
+/// The channels of a device that its URI names; empty: only the device knows.
+std::vector<ChannelName> stated_names(const DeviceUri& device) {
+  auto uri = Uri::parse(device.uri);
+  if (!uri || uri->scheme == "fused" || !add_unit_factors(*uri, device)) return {};
+  UriOptions options(*uri);
+  if (uri->scheme == "hid") {
+    auto map = read_hid_fields(options);
+    if (!map || map->fields.empty()) return {};
+    return make_hid_fields(std::move(*map))->channel_names();
+  }
+  // Without a protocol, columns are those of csv (lsl, comedi).
+  const auto entry = find_protocol(options.text("protocol", "csv"));
+  if (!entry) return {};
+  const auto protocol = (*entry)->make(options);
+  return protocol ? (*protocol)->channel_names() : std::vector<ChannelName>{};
+}
+
 }  // namespace
+
+std::uint32_t stated_channels(const DeviceUri& device) {
+  const ChannelSelection selection =
+      device.parts.empty() ? ChannelSelection{} : device.parts.front();
+  if (const auto chosen = selection.among(stated_names(device)); chosen) {
+    return chosen->sample_channels();
+  }
+  // The selection names channels that only the device knows.
+  std::uint32_t channels = 0;
+  for (std::size_t i = 0; i < selection.of.size(); ++i) {
+    if (!selection.of[i].empty()) channels |= 1U << i;
+  }
+  for (const std::string& name : selection.by_unit) {
+    const auto unit = unit_named(name.substr(name.rfind('_') + 1));
+    if (!unit) return 0;
+    channels |= unit->quantity == Quantity::kForce ? ProbeSample::kForce : ProbeSample::kDepth;
+  }
+  return channels;
+}
 
 Expected<std::unique_ptr<Probe>, SetupError> open_device(const DeviceUri& device) {
   auto probe = open_any(device);

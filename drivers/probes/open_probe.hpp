@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,5 +22,9 @@ namespace merkel {
 
 /// Opens a device once for several probes: one output for each. Real-time: no.
 [[nodiscard]] Expected<std::unique_ptr<Probe>, SetupError> open_device(const DeviceUri& device);
+
+/// The ProbeSample::Channel bits of a device's first probe, as far as its URI states them: by its
+/// selection, protocol, columns or fields. 0: only the device knows. Real-time: no.
+[[nodiscard]] std::uint32_t stated_channels(const DeviceUri& device);
 
 }  // namespace merkel

@@ -271,6 +271,37 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   EXPECT_NE(uncoupled.out.find("coupling: network.gain is 0"), std::string::npos);
 }
 
+/// What drives the contact of a plan, which must fire.
+std::string driven_by(const std::string& probe) {
+  Scene scene = scene_of("preset = \"goodwin\"\n[probe]\n" + probe);
+  const auto plan = make_plan(scene);
+  if (!plan) return plan.error().sentence;
+  if (plan->spikes < 100) return std::to_string(plan->spikes) + " spikes";
+  const bool force = scene.model.indenters[0].control == Indenter::Control::kForce;
+  EXPECT_EQ(plan->validity[0]["driven_by"], force ? "force" : "depth") << probe;
+  return plan->validity[0]["driven_by"];
+}
+
+TEST(Plan, IsDrivenByTheReadingThatDrivesTheRun) {
+  EXPECT_EQ(driven_by("uri = \"sim:ramp?force_N=0.1&depth_mm=1.5\"\n"), "force");
+  EXPECT_EQ(driven_by("uri = \"sim:ramp?force_N=0.1&depth_mm=1.5\"\ncontrol = \"depth\"\n"),
+            "depth");
+  const std::string lines = "uri = \"serial:/dev/ttyUSB0?protocol=csv";
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,force_N\"\n"), "force");
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,force_N\"\ncontrol = \"force\"\n"), "force");
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,depth_mm\"\n"), "depth");
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,depth_mm,force_N\"\n"), "force");
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,thumb_N,stage_mm#stage_mm\"\n"), "depth");
+  EXPECT_EQ(driven_by(lines + "#force=thumb_N\"\n"), "force");
+  EXPECT_EQ(driven_by(lines + "\"\ncontrol = \"depth\"\n"), "depth");
+  EXPECT_EQ(driven_by("uri = \"serial:/dev/ttyUSB0?protocol=zaber&um_per_step=1\"\n"), "depth");
+  EXPECT_EQ(driven_by("uri = \"hid:1:2?fields=depth_mm:0:16:s:0.001\"\n"), "depth");
+  EXPECT_EQ(driven_by(lines + "&columns=time_us,depth_mm\"\ncontrol = \"force\"\n"),
+            "probe.control is set to force, which the probe "
+            "serial:/dev/ttyUSB0?protocol=csv&columns=time_us,depth_mm does not measure: change "
+            "probe.control");
+}
+
 TEST(Plan, RefusesABudgetThatNoMethodMeetsAndNamesTheBest) {
   const auto run = run_program({"plan", "--spike-time-us", "0.00001"});
   EXPECT_EQ(run.exit_code, 2);

@@ -39,7 +39,7 @@ struct Plan {
   std::optional<double> budget_us;  ///< [accuracy] spike_time_us
   double rehearsed_s = 0.0;
   double scene_tick_ms = 0.0;  ///< the scene's tick; the plan may choose a shorter one
-  bool stand_in = false;       ///< the probe is a device, replaced by a 1.5 mm ramp-and-hold
+  bool stand_in = false;       ///< the probe is a device, replaced by a ramp-and-hold
   std::size_t spikes = 0;
   std::size_t neurons = 0;
   std::size_t receptors = 0;

@@ -9,6 +9,7 @@
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/input/probe_queue.hpp"
+#include "tools/scene/prepared_run.hpp"
 
 namespace merkel {
 namespace {
@@ -16,10 +17,20 @@ namespace {
 constexpr std::chrono::seconds kMaxSilence{60};
 constexpr std::chrono::milliseconds kBeforeTouch{20};
 
-/// Simulates what a device would send.
-std::string stand_in_for(const Scene& scene, std::size_t probe) {
+/// Simulates what a device would send: the channels that its URI states, or else force and depth.
+/// The force is about that of the depth in the presets.
+std::string stand_in_for(const Scene& scene, std::size_t probe, const DeviceUri& device) {
   const TaxelArray* const taxels = scene.model.indenters[probe].taxels();
-  if (taxels == nullptr) return "sim:ramp";
+  if (taxels == nullptr) {
+    switch (stated_channels(device) & (ProbeSample::kForce | ProbeSample::kDepth)) {
+      case ProbeSample::kForce:
+        return "sim:ramp?force_N=0.45";
+      case ProbeSample::kDepth:
+        return "sim:ramp?depth_mm=1.5";
+      default:
+        return "sim:ramp?force_N=0.45&depth_mm=1.5";
+    }
+  }
   const std::string count = std::to_string(taxels->size());
   return taxels->listed.empty() ? "sim:pad?columns=" + std::to_string(taxels->columns) +
                                       "&rows=" + std::to_string(taxels->rows) +
@@ -57,21 +68,30 @@ std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(
 Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
                                                           std::chrono::nanoseconds most) {
   ProbeRecording recording;
-  auto first = std::chrono::nanoseconds::max();
-  auto touch = std::chrono::nanoseconds::max();
+  std::vector<std::unique_ptr<Probe>> probes;
+  std::vector<ProbeInfo> infos;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const std::string uri = scene.uri_of(i);
-    const bool recorded = uri.starts_with("replay:") || uri.starts_with("sim:");
-    recording.stand_in_ = recording.stand_in_ || !recorded;
-    const auto source = recorded ? scene.source_of(i) : DeviceUri::parse(stand_in_for(scene, i));
+    auto source = scene.source_of(i);
+    if (source && !uri.starts_with("replay:") && !uri.starts_with("sim:")) {
+      recording.stand_in_ = true;
+      source = DeviceUri::parse(stand_in_for(scene, i, *source));
+    }
     if (!source) return Unexpected<SetupError>(source.error());
     auto probe = open_device(*source);
     if (!probe) return Unexpected<SetupError>(probe.error());
-    const bool depth = ((*probe)->info().channels & ProbeSample::kDepth) != 0U;
-    ContactDecision::Parameters& contact = scene.probes[i].input.contact;
-    scene.model.indenters[i].control = contact.control = scene.probes[i].control.value_or(
-        depth ? Indenter::Control::kDepth : Indenter::Control::kForce);
-    const auto& samples = recording.samples_.emplace_back(samples_of(**probe, contact, most));
+    infos.push_back((*probe)->info());
+    infos.back().uri = uri;
+    probes.push_back(std::move(*probe));
+  }
+  if (auto chosen = choose_controls(scene, infos); !chosen) {
+    return Unexpected<SetupError>(chosen.error());
+  }
+  auto first = std::chrono::nanoseconds::max();
+  auto touch = std::chrono::nanoseconds::max();
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    const auto& samples = recording.samples_.emplace_back(
+        samples_of(*probes[i], scene.probes[i].input.contact, most));
     recording.inputs_.push_back(scene.probes[i].input);
     for (const Recorded& each : samples) {
       if (touches(each.sample)) touch = std::min(touch, each.sample.time - kBeforeTouch);

@@ -27,16 +27,17 @@ struct Rehearsal {
 /// The samples of a scene's probes around the first touch, for use with any tick.
 class ProbeRecording {
  public:
-  /// Reads recorded and simulated probes and sets the control of `scene`'s indenters. Fails if one
-  /// cannot be opened. \param most  longest duration, from shortly before the first touch
+  /// Reads recorded and simulated probes and chooses what drives `scene`'s contacts, as a run does.
+  /// Fails if one cannot be opened. \param most  longest duration, from shortly before the first
+  /// touch
   [[nodiscard]] static Expected<ProbeRecording, SetupError> read(Scene& scene,
                                                                  std::chrono::nanoseconds most);
 
   /// The contacts at the ends of the ticks. Ticks that divide the scene's tick share its grid,
   /// which starts at the first sample as in a run.
   [[nodiscard]] Rehearsal at(std::chrono::nanoseconds tick) const;
-  /// True if a 1.5 mm ramp-and-hold (for a tactile array, a rolling ball) replaces a device, which
-  /// cannot be read in advance.
+  /// True if a ramp-and-hold of 0.45 N or 1.5 mm, in the channels that its URI states (for a
+  /// tactile array, a rolling ball), replaces a device, which cannot be read in advance.
   [[nodiscard]] bool stand_in() const noexcept { return stand_in_; }
 
  private:
