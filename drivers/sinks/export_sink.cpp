@@ -34,6 +34,7 @@ class ReportedJournal final : public RunJournal {
       return take(batch);
     });
   }
+  [[nodiscard]] std::vector<Part> parts() override { return journal_.parts(); }
 
  private:
   RunJournal& journal_;

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -75,8 +74,12 @@ struct NwbTotals {
   std::vector<Interval> marks;
   std::vector<Interval> events;
   std::vector<Interval> pulses;
-  double first_s = 0.0;
-  double last_s = 0.0;
+};
+
+/// What was simulated.
+struct Extent {
+  nanoseconds begin = nanoseconds::max();  ///< of the first tick
+  nanoseconds end = nanoseconds::min();    ///< of the last one
 };
 
 /// The file being written, and what it is made from.
@@ -84,17 +87,55 @@ struct Source {
   const NwbContent& content;
   const TimeBase& time;
   RunJournal& journal;
+  std::vector<Extent> of_units = {};   ///< of the run of each afferent
+  std::vector<Extent> of_probes = {};  ///< of the run of each probe
+  Extent whole = {};                   ///< of all runs
 };
 
-/// When the first tick of a run begins; without ticks, long ago.
-nanoseconds first_tick_of(RunJournal& journal, nanoseconds tick, Hdf5File& file) {
-  int without_ticks = 64;  // a session of samples has none
-  nanoseconds begin = nanoseconds::min();
-  file.take(journal.read([&](const RecordBatch& batch) {
-    if (!batch.ticks.empty()) begin = batch.ticks.front().time - tick;
-    return batch.ticks.empty() && --without_ticks > 0;
+/// The ticks of a run; of a session without ticks, its samples, spikes and commands. Empty at
+/// `zero` if it has none of them.
+Extent extent_of(const RunJournal::Part& run, nanoseconds zero, Hdf5File& file) {
+  Extent ticks;
+  Extent records;
+  const auto widen = [](Extent& extent, const auto& list) {
+    for (const auto& each : list) {
+      extent.begin = std::min(extent.begin, time_of(each));
+      extent.end = std::max(extent.end, time_of(each));
+    }
+  };
+  file.take(run.journal.read([&](const RecordBatch& batch) {
+    widen(ticks, batch.ticks);
+    widen(records, batch.samples);
+    widen(records, batch.spikes);
+    widen(records, batch.commands);
+    return true;
   }));
-  return begin;
+  if (ticks.begin <= ticks.end) {
+    ticks.begin -= run.tick;
+    return ticks;
+  }
+  return records.begin <= records.end ? records : Extent{.begin = zero, .end = zero};
+}
+
+/// Reads when each run of the journal was simulated.
+void read_extents(Hdf5File& file, Source& source) {
+  const NwbContent& content = source.content;
+  std::vector<RunJournal::Part> runs = source.journal.parts();
+  if (runs.empty()) {
+    runs.push_back({.journal = source.journal,
+                    .tick = content.tick,
+                    .neurons = content.afferents.size(),
+                    .probes = content.probes.size()});
+  }
+  for (const RunJournal::Part& run : runs) {
+    const Extent extent = extent_of(run, source.time.offset(), file);
+    source.of_units.insert(source.of_units.end(), run.neurons, extent);
+    source.of_probes.insert(source.of_probes.end(), run.probes, extent);
+    source.whole.begin = std::min(source.whole.begin, extent.begin);
+    source.whole.end = std::max(source.whole.end, extent.end);
+  }
+  source.of_units.resize(content.afferents.size(), source.whole);
+  source.of_probes.resize(content.probes.size(), source.whole);
 }
 
 /// Pulses from their begin to their end.
@@ -135,23 +176,17 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     sent.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode, Of::kSent));
   }
   found.spikes_of.assign(content.afferents.size(), 0);
-  std::optional<double> first_s;
-  const auto time_s = [&](const auto& record) {
-    const double at_s = source.time.s(time_of(record));
-    first_s = std::min(first_s.value_or(at_s), at_s);
-    found.last_s = std::max(found.last_s, at_s);
-    return at_s;
-  };
-  const nanoseconds begin = first_tick_of(source.journal, content.tick, file);
+  const auto time_s = [&](const auto& record) { return source.time.s(time_of(record)); };
   PulseIntervals pulses(found.pulses);
   file.take(source.journal.read([&](const RecordBatch& batch) {
     for (const SyncEdge& edge : batch.edges) pulses.add(source.time.s(edge.time), edge);
     for (const DeliveredSample& item : batch.samples) {
-      if (item.probe >= probes.size() || item.sample.time < begin) continue;
+      if (item.probe >= probes.size()) continue;
+      const Extent& extent = source.of_probes[item.probe];
+      if (item.sample.time < extent.begin || item.sample.time > extent.end) continue;
       probes[item.probe]->add(time_s(item), item, found.contacts);
     }
     for (const SpikeEvent& spike : batch.spikes) {
-      static_cast<void>(time_s(spike));
       if (spike.neuron - 1 < found.spikes_of.size()) ++found.spikes_of[spike.neuron - 1];
     }
     for (const StimulationCommand& command : batch.commands) {
@@ -178,8 +213,9 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
     }
     return file.ok();
   }));
-  found.first_s = first_s.value_or(0.0);
-  for (const auto& each : probes) each->end_contact(found.last_s, found.contacts);
+  for (std::size_t i = 0; i < probes.size(); ++i) {
+    probes[i]->end_contact(source.time.s(source.of_probes[i].end), found.contacts);
+  }
 }
 
 /// The spike times, unit by unit: the journal is read again for as many units as fit into memory.
@@ -238,8 +274,8 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
     table.add_row();
     end += found.spikes_of[i];
     spike_ends->append(end);
-    observed->append(found.first_s);
-    observed->append(found.last_s);
+    observed->append(source.time.s(source.of_units[i].begin));
+    observed->append(source.time.s(source.of_units[i].end));
     observed_ends->append(static_cast<std::uint64_t>(i + 1));
     x->append(row.x_mm);
     y->append(row.y_mm);
@@ -301,12 +337,11 @@ void write_head(Hdf5File& file, const NwbContent& content) {
 }
 
 /// From mark to mark; the last ends with the recording. Without marks the contacts.
-std::vector<Interval> trials_of(const NwbTotals& found) {
+std::vector<Interval> trials_of(const NwbTotals& found, double end_s) {
   std::vector<Interval> trials = found.marks.empty() ? found.contacts : found.marks;
   for (std::size_t i = 0; i < found.marks.size(); ++i) {
     const bool last = i + 1 == found.marks.size();
-    trials[i].stop_s =
-        std::max(trials[i].start_s, last ? found.last_s : found.marks[i + 1].start_s);
+    trials[i].stop_s = std::max(trials[i].start_s, last ? end_s : found.marks[i + 1].start_s);
   }
   return trials;
 }
@@ -316,14 +351,15 @@ std::vector<Interval> trials_of(const NwbTotals& found) {
 Expected<void, std::string> write_nwb(const std::string& path, const NwbContent& content,
                                       const TimeBase& time, RunJournal& journal, bool overwrite) {
   return write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
-    const Source source{content, time, journal};
+    Source source{.content = content, .time = time, .journal = journal};
+    read_extents(file, source);
     write_head(file, content);
     NwbTotals found;
     write_stimulus(file, source, found);
     if (!file.ok()) return;
     if (!content.afferents.empty()) write_units(file, source, found);
     write_intervals(file, "trials", "from mark to mark; without marks, the contacts",
-                    trials_of(found), "label", nullptr);
+                    trials_of(found, time.s(source.whole.end)), "label", nullptr);
     write_intervals(file, "contacts", "contacts of a probe with the skin", found.contacts, "label",
                     "probe");
     write_intervals(file, "sync", "pulses of the sync lines of the devices", found.pulses, "line",

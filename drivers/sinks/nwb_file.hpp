@@ -64,8 +64,9 @@ struct NwbContent {
 /// Writes a whole NWB file: units with spike times, positions and fields of the afferents; the
 /// samples of the probes and the commands of the electrodes as the presented stimulus; contacts,
 /// trials (from mark to mark; without marks, the contacts), events and pulses of sync lines as
-/// intervals. Samples before the first tick are left out: they are from before time 0. Uses bounded
-/// memory. On failure, leaves no file of that name and returns the reason.
+/// intervals. Each afferent is observed from the begin of the first tick of its run to the end of
+/// the last one, and samples of other times are left out. Uses bounded memory. On failure, leaves
+/// no file of that name and returns the reason.
 [[nodiscard]] Expected<void, std::string> write_nwb(const std::string& path,
                                                     const NwbContent& content, const TimeBase& time,
                                                     RunJournal& journal, bool overwrite);

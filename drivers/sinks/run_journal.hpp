@@ -1,8 +1,11 @@
 #pragma once
 
+#include <chrono>
+#include <cstddef>
 #include <functional>
 #include <future>
 #include <string>
+#include <vector>
 
 #include "core/expected.hpp"
 #include "core/records/record_batch.hpp"
@@ -24,6 +27,17 @@ class RunJournal {
 
   /// Reads all records from the beginning, in bounded memory. Returns the reason if it cannot.
   [[nodiscard]] virtual Expected<void, std::string> read(const Take& take) = 0;
+
+  /// One of several runs in a journal. Its records have its own numbers of neurons and probes.
+  struct Part {
+    RunJournal& journal;
+    std::chrono::nanoseconds tick{0};
+    std::size_t neurons = 0;
+    std::size_t probes = 0;
+  };
+  /// The runs whose neurons and probes are numbered through this journal, in order; empty: it is
+  /// one run.
+  [[nodiscard]] virtual std::vector<Part> parts() { return {}; }
 };
 
 /// A session that a sink of the same run writes. Its readers wait until it is complete.

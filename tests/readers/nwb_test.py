@@ -292,6 +292,28 @@ class Nwb(merkel_program.TestCase):
             self.assertEqual(len(replayed["stimulus/presentation"]), 0)
             np.testing.assert_array_equal(replayed["units/spike_times"][:], ran["units/spike_times"][:])
 
+    def test_units_are_observed_while_they_are_simulated(self):
+        """In a run that ends before its recording, its replay, and its merge with a longer one."""
+        for name, duration_s in (("a", 0.5), ("b", 0.75)):
+            self.merkel("run", "finger", "--fast", "--duration-s", str(duration_s), "--sink",
+                        "xdf:" + self.path(name + ".xdf"), "--sink", "nwb:" + self.path(name + ".nwb"))
+        self.merkel("replay", self.path("a.xdf"), "--sink", "nwb:" + self.path("r.nwb"))
+        self.merkel("merge", self.path("a.xdf"), self.path("b.xdf"), "--accept-unknown", "--sink", "nwb:" + self.path("m.nwb"))
+        for name in ("a", "r"):
+            with h5py.File(self.path(name + ".nwb")) as file:
+                observed = file["units/obs_intervals"][:]
+                np.testing.assert_array_equal(observed, np.tile([0, 0.5], (len(observed), 1)))
+        with h5py.File(self.path("m.nwb")) as file:
+            of_a, of_b = np.split(file["units/obs_intervals"][:], 2)
+            np.testing.assert_array_equal(of_a, observed)
+            np.testing.assert_array_equal(of_b, np.tile(of_b[0], (len(of_b), 1)))
+            self.assertGreater(of_b[0, 0], 0)  # b began later
+            self.assertAlmostEqual(of_b[0, 1] - of_b[0, 0], 0.75, places=4)
+            self.assertEqual(list(file["intervals/contacts/stop_time"][:]), [0.5, of_b[0, 1]])
+        with h5py.File(self.path("a.nwb")) as file:
+            self.assertLessEqual(times_of(file["stimulus/presentation/depth"])[-1], 0.5)
+            self.assertEqual(set(file["intervals/contacts/stop_time"][:]), {0.5})
+
     def test_an_exported_session_is_the_same_file(self):
         self.record()
         self.merkel("export", self.path("s.xdf"), "--sink", "nwb:" + self.path("e.nwb"))
@@ -305,7 +327,7 @@ class Nwb(merkel_program.TestCase):
         file = self.path("k.nwb")
         part = file + ".journal.xdf.part"
         process = merkel_program.start("run", "finger", "--probe", "sim:taps?count=1000", "--sink", "nwb:" + file)
-        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(part) and os.path.getsize(part) > 200_000))
+        self.assertTrue(merkel_program.wait_for(lambda: os.path.exists(part) and os.path.getsize(part) > 400_000))
         process.kill()
         process.communicate()
         self.merkel("export", part, "--sink", "nwb:" + file)

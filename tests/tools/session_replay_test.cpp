@@ -225,8 +225,10 @@ TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   std::filesystem::remove(scene);
   const auto again =
-      run_program({"replay", path, "--json", "--sink", "csv:" + folder.path("again.csv")});
+      run_program({"replay", path, "--json", "--sink", "csv:" + folder.path("again.csv"), "--sink",
+                   "xdf:" + folder.path("again.xdf")});
   EXPECT_EQ(again.exit_code, 0) << again.out;
+  EXPECT_EQ(run_program({"replay", folder.path("again.xdf")}).exit_code, 0);
   const auto verdict = nlohmann::json::parse(again.out);
   EXPECT_TRUE(verdict["bit_identical"].get<bool>());
   EXPECT_EQ(verdict["spikes"], nlohmann::json::parse(run.out)["spikes"]);

@@ -231,6 +231,10 @@ int replay(const ReplayOptions& options) {
             for (const auto& sink : sinks) {
               keep(sink->write({.commands = commands, .sent = unsent}));
             }
+          },
+      .ticks =
+          [&](std::span<const TickRecord> ticks) {
+            for (const auto& sink : sinks) keep(sink->write({.ticks = ticks}));
           }};
   SessionReplay replay(*model, encoder->get());
   SessionChunk chunk;
@@ -239,6 +243,9 @@ int replay(const ReplayOptions& options) {
     if (!more) return refuse(more.error());
     if (!*more) break;
     numbering.apply(chunk);
+    for (const auto& sink : sinks) {
+      if (!chunk.taxels.empty()) keep(sink->write({.taxels = chunk.taxels}));
+    }
     replay.take(chunk, made);
     if (!error_message.empty()) return fail(error_message);
   }

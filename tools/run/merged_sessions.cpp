@@ -71,7 +71,7 @@ void move_until(nanoseconds time, std::vector<Record>& from, std::vector<Record>
 }  // namespace
 
 /// Adds the records of a chunk, as those of the merged run.
-void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const {
+void MergedSessions::Merged::add(const SessionChunk& chunk, RecordLists<RecordVector>& to) const {
   for_each_kind(chunk, [&]<class Record>(const std::vector<Record>& list) {
     if constexpr (kMerged<Record>) {
       auto& merged = to.of<Record>();
@@ -82,7 +82,7 @@ void MergedSessions::Part::add(const SessionChunk& chunk, RecordLists<RecordVect
 }
 
 template <class Record>
-void MergedSessions::Part::renumber(Record& record) const {
+void MergedSessions::Merged::renumber(Record& record) const {
   const auto shift = [](auto& number, auto by) {
     number = static_cast<std::remove_reference_t<decltype(number)>>(number + by);
   };
@@ -103,7 +103,7 @@ class MergedSessions::Reading {
   explicit Reading(MergedSessions& merged)
       : merged_(merged), open_(merged.sessions_.size()), waiting_(open_.size()) {
     for (std::size_t i = 0; i < open_.size(); ++i) {
-      const Part& part = merged.sessions_[i];
+      const Merged& part = merged.sessions_[i];
       next_.push({.until = part.session->origin().start - kBeforeStart, .session = i});
     }
   }
@@ -147,7 +147,7 @@ class MergedSessions::Reading {
   };
 
   Expected<void, std::string> read_chunk(Turn turn) {
-    const Part& part = merged_.sessions_[turn.session];
+    const Merged& part = merged_.sessions_[turn.session];
     auto& open = open_[turn.session];
     if (!open) {
       auto reader = part.session->reader();
@@ -297,6 +297,17 @@ Expected<void, std::string> MergedSessions::read(const Take& take) {
   allow_open_files(sessions_.size() + 64);
   complete_ = true;
   return Reading(*this).run(take, progress_);
+}
+
+std::vector<RunJournal::Part> MergedSessions::parts() {
+  std::vector<RunJournal::Part> parts;
+  for (const Merged& each : sessions_) {
+    parts.push_back({.journal = *each.session,
+                     .tick = each.session->run().model.tick,
+                     .neurons = each.session->neurons(),
+                     .probes = each.session->scene()->probes.size()});
+  }
+  return parts;
 }
 
 }  // namespace merkel

@@ -45,6 +45,8 @@ class MergedSessions final : public RunJournal {
 
   /// Spikes, samples, edges, commands, events and marks.
   [[nodiscard]] Expected<void, std::string> read(const Take& take) override;
+  /// The sessions.
+  [[nodiscard]] std::vector<RunJournal::Part> parts() override;
 
   [[nodiscard]] const std::vector<Alignment>& alignments() const noexcept { return alignments_; }
   [[nodiscard]] const RunDescription& run() const noexcept { return run_; }
@@ -55,7 +57,7 @@ class MergedSessions final : public RunJournal {
 
  private:
   /// A session, and what is added to its times and numbers.
-  struct Part {
+  struct Merged {
     std::unique_ptr<RecordedSession> session;
     std::string rig;  ///< its name in this merge
     std::uint32_t neurons = 0;
@@ -73,7 +75,7 @@ class MergedSessions final : public RunJournal {
   MergedSessions() = default;
   void add(std::unique_ptr<RecordedSession> session, std::string rig, const ClockMap& clock);
 
-  std::vector<Part> sessions_;
+  std::vector<Merged> sessions_;
   std::vector<Alignment> alignments_;  ///< of all sessions but the first
   RunDescription run_;
   std::uint32_t neurons_ = 0;

@@ -106,6 +106,7 @@ void SessionReplay::take(const SessionChunk& chunk, const Callbacks& made) {
     differ(spikes_.difference());
     if (made.spikes) made.spikes(tick.spikes);
     stimulation_.compare(tick.commands, made.commands);
+    if (made.ticks) made.ticks(records_);
   }
 }
 

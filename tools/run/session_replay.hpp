@@ -36,10 +36,11 @@ class SessionReplay {
     [[nodiscard]] bool identical() const { return difference.empty(); }
   };
 
-  /// Callbacks for every tick; either may be empty.
+  /// Callbacks for every tick, in this order; each may be empty.
   struct Callbacks {
     std::function<void(std::span<const SpikeEvent>)> spikes;
     StimulationReplay::Callback commands;
+    std::function<void(std::span<const TickRecord>)> ticks;  ///< its inputs, one per probe
   };
 
   /// \param encoder  fresh; null if the scene has no electrodes

@@ -136,29 +136,37 @@ TEST(NwbSink, HoldsTheCommandsOfEachElectrodeAsTimeSeries) {
             "field of radius 3 mm around x = 15 mm, y = 10 mm on patch 0; one phase lasts 200 µs");
 }
 
-TEST(NwbSink, LeavesOutSamplesBeforeTheFirstTickAndHoldsPulsesOfSyncLines) {
+TEST(NwbSink, HoldsTheSamplesOfItsTicksAndThePulsesOfSyncLines) {
   const TemporaryFolder folder;
   const std::string path = folder.path("s.nwb");
   SinkSetup setup = setup_with({});
   setup.run.model.tick = milliseconds{1};
+  setup.run.facts = {{"tick_ns", "1000000"}};
   setup.run.probes = {{.uri = "p", .name = "p", .channels = ProbeSample::kDepth}};
   {
     const auto sink = open_sink("nwb:" + path, setup);
     ASSERT_TRUE(sink) << sink.error().sentence;
     ASSERT_TRUE((*sink)->begin({.start = milliseconds{100}}));
     std::vector<DeliveredSample> samples;
-    for (const int ms : {98, 99, 100, 101}) {
-      samples.push_back({.sample = {.time = milliseconds{ms}, .channels = ProbeSample::kDepth}});
+    for (const int ms : {98, 99, 100, 101, 102, 103}) {
+      samples.push_back({.sample = {.time = milliseconds{ms},
+                                    .depth_mm = ms > 100 ? 1.0 : 0.0,
+                                    .channels = ProbeSample::kDepth}});
     }
-    const std::vector<TickRecord> ticks = {{.time = milliseconds{101}, .number = 1}};
+    const std::vector<TickRecord> ticks = {{.time = milliseconds{101}, .number = 1},
+                                           {.time = milliseconds{102}, .number = 2}};
+    const std::vector<SpikeEvent> spikes = {{.time = milliseconds{101}, .neuron = 3}};
     const std::vector<SyncEdge> edges = {{.time = milliseconds{100}, .line = 2, .level = 1},
                                          {.time = milliseconds{105}, .line = 2, .level = 0},
                                          {.time = milliseconds{110}, .line = 2, .level = 1}};
-    ASSERT_TRUE((*sink)->write({.samples = samples, .edges = edges, .ticks = ticks}));
+    ASSERT_TRUE(
+        (*sink)->write({.samples = samples, .edges = edges, .spikes = spikes, .ticks = ticks}));
     ASSERT_TRUE((*sink)->close());
   }
   const Hdf5Reader file(path);
-  EXPECT_EQ(file.numbers("/stimulus/presentation/depth/data").size(), 2U);
+  EXPECT_EQ(file.numbers("/stimulus/presentation/depth/data"), (Numbers{0.0, 1.0, 1.0}));
+  EXPECT_EQ(file.numbers("/intervals/contacts/stop_time"), Numbers{0.002});
+  EXPECT_EQ(file.numbers("/intervals/trials/stop_time"), Numbers{0.002});
   EXPECT_EQ(file.numbers("/intervals/sync/start_time"), Numbers{0.0});
   EXPECT_EQ(file.numbers("/intervals/sync/stop_time"), Numbers{0.005});
 }
