@@ -1,6 +1,7 @@
 #include "tools/studies/score/score.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <set>
@@ -11,6 +12,7 @@
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
+#include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_keys.hpp"
@@ -405,6 +407,49 @@ TEST(ScoreCommand, ThePhasesOfAPressAreThoseOfItsContact) {
       EXPECT_NE(run.out.find(row), std::string::npos) << file << "\n" << run.out;
     }
   }
+}
+
+/// A session whose run began at 1000 s of its clock: 0.1 s of rise, 0.7 s of hold.
+void record_press(const std::string& path) {
+  SinkSetup setup{.neurons = 0, .run = {}};
+  setup.run.probes = {{.uri = "p", .name = "p", .channels = ProbeSample::kForce}};
+  const std::chrono::seconds start{1000};
+  auto sink = open_sink("xdf:" + path, setup);
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->begin({.start = start}));
+  std::vector<DeliveredSample> samples;
+  for (int i = 0; i <= 120; ++i) {
+    samples.push_back(
+        {.sample = {.time = start + std::chrono::milliseconds{50 + 10 * i},
+                    .force_mN = std::clamp(20.0 * std::min(i - 10, 100 - i), 0.0, 200.0),
+                    .channels = ProbeSample::kForce}});
+  }
+  ASSERT_TRUE((*sink)->write({.samples = samples}));
+  ASSERT_TRUE((*sink)->close());
+}
+
+TEST(ScoreCommand, SpikesOfASessionCountFromItsStart) {
+  const TemporaryFolder folder;
+  record_press(folder.path("press.xdf"));
+  const auto score = [&folder](const std::string& spikes) {
+    const std::string trials = R"({"cite": "mine", "name": "one", "trace": "press.xdf", )";
+    const std::string data =
+        folder.file("d.json", "{\"trials\": " + trials + "\"spike_times_s\": " + spikes + "}}");
+    return run_program(
+        {"score", "--data", data, "--trials", "1", "--overwrite", "--out", folder.path("s")});
+  };
+  // 0.25 s after the start is 0.2 s after the first sample.
+  const auto run = score("[[0.24, 0.26, 0.4, 0.8, 1.2]]");
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("| hold | 0.200 | 0.900 | 4.29 |"), std::string::npos) << run.out;
+  const auto refused = score("[[1000.3, 1000.9], []]");
+  EXPECT_EQ(refused.exit_code, 2);
+  for (const char* part :
+       {"one: its spikes are from 1000.3 to 1000.9 s", "none is within its trace",
+        "press.xdf, from 0.05 to 1.25 s: count both from the same zero"}) {
+    EXPECT_NE(refused.err.find(part), std::string::npos) << part << "\n" << refused.err;
+  }
+  EXPECT_EQ(score("[[], []]").exit_code, 0);
 }
 
 TEST(ScoreCommand, BadDataIsRefusedBeforeAnythingIsWritten) {

@@ -19,6 +19,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
     return bad_input(path + " has neither a column force_N nor depth_mm: add the recorded one");
   }
   PressTrace trace;
+  const RecordedRun run = (*probe)->info().run.value_or(RecordedRun{});
   const bool force = (channels & ProbeSample::kForce) != 0U;
   const bool positioned = (channels & (ProbeSample::kX | ProbeSample::kY)) != 0U;
   contact.control = trace.control_ = force ? Indenter::Control::kForce : Indenter::Control::kDepth;
@@ -34,7 +35,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
       if (sample.touch == Touch::kUndecided) decision.decide(sample);
       if (trace.time_s_.empty()) {
         first = sample.time;
-        trace.begin_s_ = units::s_from(sample.time);
+        trace.begin_s_ = units::s_from(sample.time - run.zero);
       }
       const double time_s = units::s_from(sample.time - first);
       if (touches(sample)) {

@@ -20,7 +20,7 @@ class PressTrace {
                                                              ContactDecision::Parameters contact);
 
   [[nodiscard]] Indenter::Control control() const noexcept { return control_; }
-  /// Time of the first sample, in the file's time.
+  /// Time of the first sample: in a trace its own time, in a session since the start.
   [[nodiscard]] double begin_s() const noexcept { return begin_s_; }
   [[nodiscard]] double duration_s() const noexcept { return time_s_.back(); }
 

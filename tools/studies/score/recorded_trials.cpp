@@ -41,6 +41,26 @@ Expected<Trains, SetupError> read_spikes(const std::string& path) {
   return all;
 }
 
+/// Refuses spikes of which none is within the press: their times have another zero.
+Expected<void, SetupError> check_times(const RecordedTrials& set, const std::string& trace) {
+  const double begin_s = set.trace->begin_s();
+  const double end_s = begin_s + set.trace->duration_s();
+  double first_s = std::numeric_limits<double>::infinity();
+  double last_s = -first_s;
+  for (const auto& train : set.spikes_s) {
+    for (const double time_s : train) {
+      if (time_s >= begin_s && time_s <= end_s) return {};
+      first_s = std::min(first_s, time_s);
+      last_s = std::max(last_s, time_s);
+    }
+  }
+  if (first_s > last_s) return {};
+  return bad_input(fmt::format(
+      "{}: its spikes are from {:.6g} to {:.6g} s, and none is within its trace {}, from {:.6g} to "
+      "{:.6g} s: count both from the same zero (that of a session is its start)",
+      set.name, first_s, last_s, trace, begin_s, end_s));
+}
+
 double rate_in(const Trains& trains, double begin, double end) {
   double count = 0.0;
   for (const auto& train : trains) {
@@ -167,6 +187,7 @@ Expected<void, SetupError> load_trials(Recordings& recordings, const std::string
       if (!spikes) return Unexpected<SetupError>(spikes.error());
       set.spikes_s = std::move(*spikes);
     }
+    if (auto checked = check_times(set, resolved(set.trace_file)); !checked) return checked;
     for (auto& train : set.spikes_s) {
       for (double& time : train) time -= set.trace->begin_s();
       std::sort(train.begin(), train.end());
