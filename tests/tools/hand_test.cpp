@@ -76,7 +76,8 @@ TEST(Hand, TheExampleRunsOnOneCable) {
   }
   EXPECT_TRUE(has(json["probes"][5]["uri"], "#depth=palm_mm"));
   // One device: its counts stand once.
-  EXPECT_GT(json["probes"][0]["device"]["readings"], 1000);
+  EXPECT_GT(json["probes"][0]["samples_in"], 250);
+  EXPECT_GE(json["probes"][0]["device"]["readings"], json["probes"][0]["samples_in"]);
   EXPECT_TRUE(json["probes"][1]["device"].is_null());
   EXPECT_LT(json["device_readings"].get<int>(), 2 * json["probes"][0]["samples_in"].get<int>());
   for (const char* const electrode : {"thumb-1", "index-2", "middle-1", "palm-3"}) {
