@@ -68,6 +68,14 @@ TEST(Connect, ACardThatIsNotThereIsNamed) {
       << connected.err;
 }
 
+TEST(Connect, RecognisesADeviceWhoseFirstByteArrivesAlone) {
+  const TemporaryFolder folder;
+  LinePrinter device("Force: 0.300 N", 115200, {.header = {}, .lone_byte = true});
+  const auto connected =
+      run_program({"connect", device.name(), "--yes", "--out", folder.path("s.toml")});
+  EXPECT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+}
+
 TEST(Connect, ReadsLinesInTheWildAtAnyBaudRate) {
   for (const auto& [line, columns, baud] :
        {std::tuple("Force: 0.300 N", "columns=force_N", 115200),

@@ -20,6 +20,7 @@ class LinePrinter {
   struct Boot {
     std::chrono::milliseconds silence{0};  ///< from the first opening of its port
     std::string header;                    ///< its first line; empty: none
+    bool lone_byte = false;                ///< a line end is read alone before all else
   };
   explicit LinePrinter(std::string line, int baud = 115200)
       : LinePrinter(std::move(line), baud, {}, {}) {}
@@ -31,6 +32,11 @@ class LinePrinter {
       for (auto waited = kInterval; waited < boot.silence && !stop.stop_requested();
            waited += kInterval) {
         std::this_thread::sleep_for(kInterval);
+      }
+      if (boot.lone_byte) {
+        const std::uint8_t byte = pty_.baud() == baud_ ? '\n' : '\n' ^ 0x95;
+        pty_.write({&byte, 1});
+        std::this_thread::sleep_for(10 * kInterval);
       }
       bool header = !boot.header.empty();
       while (!stop.stop_requested()) {
