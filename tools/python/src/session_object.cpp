@@ -182,7 +182,7 @@ void add_session(py::module_& module) {
           "Pressures of the tactile arrays in kPa, by the number of the probe, from 0: (ticks, taxels).")
       .def_property_readonly(
           "events", [](const SessionObject& session) { return array_of(session.events); },
-          "(events,) of time_s, length_s, subject and kind (0 release, 1 resume, 2 gap, 3 neuron reset).")
+          "(events,) of time_s, length_s, subject and kind (0 release, 1 resume, 2 gap, 3 neuron reset, 4 zero uncertain, 5 zero certain).")
       .def_property_readonly(
           "afferents", [](const SessionObject& session) { return array_of(session.afferents); },
           "(afferents,) of neuron, patch, x_mm, y_mm, field_radius_mm and receptors.")
