@@ -11,6 +11,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/connect/hand_scene.hpp"
 
 namespace merkel {
 namespace {
@@ -57,6 +58,23 @@ std::string example_on(const TemporaryFolder& folder, const std::string& uri,
   EXPECT_NE(place, std::string::npos);
   scene.replace(place + 1, simulated.size(), uri);
   return folder.file("hand.toml", scene + more);
+}
+
+TEST(Hand, AChannelIsPlacedByAWholeWordOfItsName) {
+  const auto patch_of = [](const std::string& name) {
+    const auto placed = place_on_hand({{.name = name}});
+    return placed.at(0).by_name ? placed.at(0).patch : "";
+  };
+  for (const char* const name : {"ring_N", "Ring2_N", "left_ring_N", "RHRing_N", "ringForce_N",
+                                 "RING_1_N", "ringfinger_N", "ringFingertip_N", "hand.ring_N"}) {
+    EXPECT_EQ(patch_of(name), "ring") << name;
+  }
+  EXPECT_EQ(patch_of("mid_N"), "middle");
+  EXPECT_EQ(patch_of("thumbTip_N"), "thumb");
+  for (const char* const name : {"string1_N", "spring_N", "humid_N", "Spring_N", "SPRING_N",
+                                 "handle_N", "tip_N", "finger_N"}) {
+    EXPECT_EQ(patch_of(name), "") << name;
+  }
 }
 
 TEST(Hand, TheExampleRunsOnOneCable) {

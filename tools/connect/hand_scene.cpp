@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/core.h>
 
@@ -28,14 +30,34 @@ constexpr std::array<HandPatch, 6> kHandPatches = {{{"thumb", {"thumb", "daumen"
                                                     {"little", {"little", "pinky", "pinkie"}},
                                                     {"palm", {"palm", "hand", "palm"}}}};
 
+/// The words of a name in lower case, without "finger" and "tip" at their end. They are split at
+/// whatever is no letter and where the case changes: "RHThumbtip2" has "rh" and "thumb".
+std::vector<std::string> words_of(std::string_view name) {
+  const auto is = [&](int (*kind)(int), std::size_t i) {
+    return i < name.size() && kind(static_cast<unsigned char>(name[i])) != 0;
+  };
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!is(std::isalpha, i)) continue;
+    const bool follows = i > 0 && is(std::isalpha, i - 1);
+    const bool capital =
+        is(std::isupper, i) && (is(std::islower, i - 1) || is(std::islower, i + 1));
+    if (!follows || capital) words.emplace_back();
+    words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
+  }
+  for (std::string& word : words) {
+    for (const std::string_view end : {"tip", "finger"}) {
+      if (word.ends_with(end)) word.resize(word.size() - end.size());
+    }
+  }
+  return words;
+}
+
 /// The patch that a channel names; empty: none.
 std::string_view patch_named(const std::string& channel) {
-  std::string name = channel.substr(0, channel.rfind('_'));
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto words = words_of(std::string_view(channel).substr(0, channel.rfind('_')));
   for (const HandPatch& patch : kHandPatches) {
-    for (const std::string_view word : patch.words) {
-      if (name.find(word) != std::string::npos) return patch.name;
-    }
+    if (std::ranges::find_first_of(words, patch.words) != words.end()) return patch.name;
   }
   return {};
 }
