@@ -154,6 +154,7 @@ void ReplayProbe::take_over(Readings& readings, std::size_t from) {
   const ProbeColumns own = columns_of(info_);
   for (std::size_t i = from; i < readings.size(); ++i) {
     ReadingHead& head = readings.head(i);
+    if (head.valid_for != nanoseconds{0}) valid_for_.reset();
     if (valid_for_) head.valid_for = *valid_for_;
     ProbeSample sample = own.sample(head, readings.row(i));
     const auto doubts = sample.doubts();

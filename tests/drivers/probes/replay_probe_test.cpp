@@ -58,6 +58,32 @@ TEST(ReplayProbe, OnlyARegularRecordingHasOutages) {
   }
 }
 
+TEST(ReplayProbe, TheValidityOfARecordingHoldsAlsoIfItBeginsLate) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,depth_mm\n";
+  for (int k = 0; k < 900; ++k) {
+    if (k == 300) rows += "# valid_for_s=0.5\n";
+    if (k == 600) rows += "# valid_for_s=0\n";
+    rows += std::to_string(0.001 * k) + ",1\n";
+  }
+  const std::string trace = folder.file("t.csv", rows);
+  for (const char* const chunk : {"?chunk=256", "?chunk=1000"}) {
+    auto probe = open_probe("replay:" + trace + chunk);
+    ASSERT_TRUE(probe) << probe.error().sentence;
+    std::vector<ProbeSample> samples(1000);
+    std::vector<std::chrono::nanoseconds> valid;
+    while (const auto count = (*probe)->read(samples, kPatience)) {
+      for (std::size_t i = 0; i < *count; ++i) valid.push_back(samples[i].valid_for);
+    }
+    ASSERT_EQ(valid.size(), 900U);
+    EXPECT_GT(valid[299].count(), 0);
+    EXPECT_LT(valid[299], std::chrono::milliseconds{500});
+    EXPECT_EQ(valid[300], std::chrono::milliseconds{500});
+    EXPECT_EQ(valid[599], std::chrono::milliseconds{500});
+    EXPECT_EQ(valid[600].count(), 0);
+  }
+}
+
 TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   const TemporaryFolder folder;
   std::string rows = "time_s,depth_mm\n";
