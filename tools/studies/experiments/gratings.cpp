@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "core/math/line_fit.hpp"
 #include "tools/studies/experiments/experiment.hpp"
 #include "tools/studies/experiments/pressed_afferents.hpp"
 #include "tools/studies/score/parallel_items.hpp"
@@ -166,26 +167,15 @@ ExperimentOutcome gaps_in_a_plate(const TactileModel::Parameters& scene, std::si
                       .x = gaps_mm,
                       .model = {},
                       .recorded = {}};
-  double sx = 0.0;
-  double sy = 0.0;
-  double sxx = 0.0;
-  double sxy = 0.0;
   for (std::size_t k = 0; k < gaps_mm.size(); ++k) {
-    const double x = gaps_mm[k];
-    const double y = 1.0 - rows[1 + k].rates_hz[0] / whole;
-    dip.model.push_back(y);
-    sx += x;
-    sy += y;
-    sxx += x * x;
-    sxy += x * y;
+    dip.model.push_back(1.0 - rows[1 + k].rates_hz[0] / whole);
   }
-  const auto n = static_cast<double>(gaps_mm.size());
-  const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
+  const FittedLine line = fit_line(gaps_mm, dip.model);
   // Where the rate rises with the gap, there is no gap from which it falls.
   const double onset =
-      slope > 0.0 ? (sx - sy / slope) / n : std::numeric_limits<double>::quiet_NaN();
-  if (slope > 0.0) {
-    for (const double gap : gaps_mm) dip.recorded.push_back(slope * (gap - 0.55));
+      line.slope > 0.0 ? -line.intercept / line.slope : std::numeric_limits<double>::quiet_NaN();
+  if (line.slope > 0.0) {
+    for (const double gap : gaps_mm) dip.recorded.push_back(line.slope * (gap - 0.55));
   }
   return ExperimentResult{
       .figures = {{"gap from which the response falls, mm", onset, "0.55", 0.35, 0.75},
