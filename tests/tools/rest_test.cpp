@@ -51,6 +51,22 @@ TEST(RestDrift, IsTheSlopeOfAWarmingSensorUntilItIsWarm) {
   EXPECT_FALSE(warming_up(3.0, 60.0, 100.0).slope());
 }
 
+// 0.5 mN/s, in one value every 4 s, or at 8 Hz with a gap of 10 s after each 2 s.
+TEST(RestDrift, IsPerSecondForASlowOrInterruptedSensor) {
+  RestDrift slow;
+  for (int i = 0; i <= 30; ++i) slow.add(4.0 * i, 5e-4 * 4.0 * i);
+  RestDrift interrupted;
+  for (int i = 0; i <= 960; ++i) {
+    if (i % 96 < 16) interrupted.add(0.125 * i, 5e-4 * 0.125 * i);
+  }
+  for (const RestDrift& drift : {slow, interrupted}) {
+    ASSERT_TRUE(drift.slope());
+    EXPECT_NEAR(1e3 * *drift.slope(), 0.5, 1e-9);
+    EXPECT_NEAR(1e3 * drift.largest_slope(), 0.5, 1e-9);
+    EXPECT_EQ(drift.seconds(), 120U);
+  }
+}
+
 TEST(RestDrift, DoctorMeasuresItForAsLongAsTheUserLetsIt) {
   LinePrinter gauge("0");
   gauge.drift(0.0, 1e-5);  // at about 200 lines a second, at least 0.2 mN/s also on a busy host

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <fmt/core.h>
 
+#include "core/math/line_fit.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
 #include "realtime/threads/thread_setup.hpp"
@@ -21,18 +23,22 @@ void RestDrift::add(double time_s, double value) {
   if (count_ > 0 && time_s >= second_ + 1.0) {
     const auto count = static_cast<double>(count_);
     const double mean = sum_ / count;
+    times_s_.push_back(second_ + time_sum_ / count);
     means_.push_back(origin_ + mean);
     variances_ += std::max(0.0, sum2_ / count - mean * mean);
     if (const auto present = slope()) largest_ = std::max(largest_, std::fabs(*present));
     count_ = 0;
-    second_ += std::floor(time_s - second_);
+    const double passed = std::floor(time_s - second_);
+    second_ += passed;
+    seconds_ += static_cast<std::size_t>(passed);
   }
   if (count_ == 0) {
     if (means_.empty()) second_ = time_s;
     origin_ = value;
-    sum_ = sum2_ = 0.0;
+    time_sum_ = sum_ = sum2_ = 0.0;
   }
   ++count_;
+  time_sum_ += time_s - second_;
   sum_ += value - origin_;
   sum2_ += (value - origin_) * (value - origin_);
 }
@@ -40,15 +46,7 @@ void RestDrift::add(double time_s, double value) {
 std::optional<double> RestDrift::slope() const {
   const std::size_t count = std::min(means_.size(), kWindow);
   if (count < kMin) return std::nullopt;
-  const double middle = 0.5 * static_cast<double>(count - 1);
-  double xx = 0.0;
-  double xy = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double x = static_cast<double>(i) - middle;
-    xx += x * x;
-    xy += x * (means_[means_.size() - count + i] - means_.back());
-  }
-  return xy / xx;
+  return fit_line(std::span(times_s_).last(count), std::span(means_).last(count)).slope;
 }
 
 double RestDrift::noise() const {
@@ -57,7 +55,7 @@ double RestDrift::noise() const {
 
 bool RestDrift::is_warm() const {
   const auto present = slope();
-  return means_.size() >= kWindow && present &&
+  return seconds_ >= kWindow && present &&
          std::fabs(*present) * static_cast<double>(kWindow) < 2.0 * noise();
 }
 

@@ -12,31 +12,34 @@
 
 namespace merkel {
 
-/// The drift of a sensor that nothing touches: the slope of the means of whole seconds.
+/// The drift of a sensor that nothing touches: the slope of the means of whole seconds. A second
+/// without a value has none.
 class RestDrift {
  public:
-  static constexpr std::size_t kWindow = 60;  ///< means, s, from which the present slope is fitted
+  static constexpr std::size_t kWindow = 60;  ///< means from which the present slope is fitted
   static constexpr std::size_t kMin = 5;
 
   /// \param time_s  increasing
   void add(double time_s, double value);
 
   /// Whole seconds so far.
-  [[nodiscard]] std::size_t seconds() const noexcept { return means_.size(); }
-  /// The present slope, per s, over the last kWindow s; nothing: less than kMin s.
+  [[nodiscard]] std::size_t seconds() const noexcept { return seconds_; }
+  /// The present slope, per s, of the last kWindow means; nothing: fewer than kMin.
   [[nodiscard]] std::optional<double> slope() const;
   /// The largest magnitude that it had.
   [[nodiscard]] double largest_slope() const noexcept { return largest_; }
   /// Standard deviation within a second.
   [[nodiscard]] double noise() const;
-  /// True once a whole window drifts by less than twice the noise.
+  /// True once the drift in kWindow s is less than twice the noise.
   [[nodiscard]] bool is_warm() const;
 
  private:
   std::vector<double> means_;
+  std::vector<double> times_s_;  ///< of the means
+  std::size_t seconds_ = 0;
   double second_ = 0.0;  ///< the present one
   double origin_ = 0.0;  ///< its first value, from which its sums are counted
-  double sum_ = 0.0, sum2_ = 0.0;
+  double time_sum_ = 0.0, sum_ = 0.0, sum2_ = 0.0;
   std::size_t count_ = 0;
   double variances_ = 0.0;  ///< sum over the seconds
   double largest_ = 0.0;
