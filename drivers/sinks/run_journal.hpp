@@ -28,15 +28,17 @@ class RunJournal {
   /// Reads all records from the beginning, in bounded memory. Returns the reason if it cannot.
   [[nodiscard]] virtual Expected<void, std::string> read(const Take& take) = 0;
 
-  /// One of several runs in a journal. Its records have its own numbers of neurons and probes.
+  /// One of several runs in a journal. Its records have its own numbers of neurons, probes and
+  /// electrodes.
   struct Part {
     RunJournal& journal;
     std::chrono::nanoseconds tick{0};
     std::size_t neurons = 0;
     std::size_t probes = 0;
+    std::size_t electrodes = 0;
   };
-  /// The runs whose neurons and probes are numbered through this journal, in order; empty: it is
-  /// one run.
+  /// The runs whose neurons, probes and electrodes are numbered through this journal, in order;
+  /// empty: it is one run.
   [[nodiscard]] virtual std::vector<Part> parts() { return {}; }
 };
 

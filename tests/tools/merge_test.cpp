@@ -5,6 +5,9 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <iterator>
+#include <memory>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -394,6 +397,59 @@ TEST(Align, TheEdgesOfARecordingGoIntoTheSessionOfARunWithIt) {
   const ProgramRun recorded = run_program({"inspect", "session", a, "--stream", "sync"});
   EXPECT_GT(std::count(recorded.out.begin(), recorded.out.end(), '\n'), 100);
   EXPECT_EQ(run_program({"inspect", "session", b, "--stream", "sync"}).out, recorded.out);
+}
+
+/// Records a session with one electrode: ten commands, of which every other one left.
+/// \param live  the session holds what left
+std::string record_commands(const std::string& path, bool live) {
+  auto scene = parse_scene(
+      "[[electrode]]\nname = \"" + std::string(live ? "live" : "fast") +
+          "\"\nfield_mm = [15, 10, 4]\nencoder = \"rate\"\n"
+          "full_rate_Hz = 50\namplitude_uA = [20, 80]\nfrequency_Hz = [0, 200]\n[stimulation]\n"
+          "update_ms = 10\nphase_us = 200\nmax_charge_nC = 16\nmax_total_uA = 250\nwatchdog_ms = 100\n",
+      "scene.toml");
+  EXPECT_TRUE(scene) << scene.error().sentence;
+  const TactileModel model = *TactileModel::create(scene->model);
+  RunDescription run = describe_run(*scene, model);
+  add_probe_facts({.uri = "sim:ramp", .name = {}, .serial_number = {}}, run);
+  auto sink = open_sink("xdf:" + path, {.neurons = static_cast<std::uint32_t>(model.neurons()),
+                                        .run = std::move(run)});
+  EXPECT_TRUE(sink);
+  EXPECT_TRUE((*sink)->begin({}));
+  const Mark mark{.time = nanoseconds{0}, .label = "sync"};
+  std::vector<StimulationCommand> commands;
+  std::vector<SentCommand> sent;
+  for (std::uint32_t i = 1; i <= 10; ++i) {
+    commands.push_back({.time = milliseconds{10 * i}, .amplitude_uA = 30.0, .heartbeat = i});
+    if (live) sent.push_back({.command = commands.back(), .refused_by = i % 2});
+  }
+  EXPECT_TRUE((*sink)->write({.commands = commands, .sent = sent, .marks = {&mark, 1}}));
+  EXPECT_TRUE((*sink)->close());
+  return path;
+}
+
+TEST(Merge, ReceiversGetTheCommandsOfASessionWithoutSentOnesBesideOneWithThem) {
+  const TemporaryFolder folder;
+  const std::string live = record_commands(folder.path("live.xdf"), true);
+  const std::string fast = record_commands(folder.path("fast.xdf"), false);
+  for (const auto& paths : {std::vector{live, fast}, std::vector{fast, live}}) {
+    const auto merged = MergedSessions::open(paths, {.mark = "sync"});
+    ASSERT_TRUE(merged) << merged.error().sentence;
+    const std::string file = folder.path("stim.csv");
+    std::vector<std::unique_ptr<Sink>> sinks;
+    sinks.push_back(
+        *open_sink("stim-csv:" + file,
+                   {.neurons = (*merged)->neurons(), .overwrite = true, .run = (*merged)->run()}));
+    std::uint64_t spikes = 0;
+    ASSERT_TRUE(write_run(**merged, (*merged)->origin(), sinks, spikes));
+    const std::string rows = read_file(file);
+    const auto rows_of = [&](const char* electrode) {
+      const std::regex name(electrode);
+      return std::distance(std::sregex_iterator(rows.begin(), rows.end(), name), {});
+    };
+    EXPECT_EQ(rows_of("live"), 5) << rows;
+    EXPECT_EQ(rows_of("fast"), 10) << rows;
+  }
 }
 
 TEST(Merge, PulsesOfASyncLineGiveOffsetAndRate) {

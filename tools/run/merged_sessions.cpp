@@ -305,7 +305,8 @@ std::vector<RunJournal::Part> MergedSessions::parts() {
     parts.push_back({.journal = *each.session,
                      .tick = each.session->run().model.tick,
                      .neurons = each.session->neurons(),
-                     .probes = each.session->scene()->probes.size()});
+                     .probes = each.session->scene()->probes.size(),
+                     .electrodes = each.session->run().encoding.electrodes.size()});
   }
   return parts;
 }

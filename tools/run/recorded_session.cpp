@@ -1,7 +1,9 @@
 #include "tools/run/recorded_session.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -104,12 +106,39 @@ Expected<void, std::string> RecordedSession::read(const Take& take) {
 
 namespace {
 
-/// What left; in a session that does not hold it, what the encoder commanded.
-std::vector<SentCommand> for_receivers(const RecordBatch& batch, bool has_sent) {
-  if (!has_sent) return unsent_of(batch.commands);
-  std::vector<SentCommand> left;
+Expected<bool, std::string> holds_sent(RunJournal& run) {
+  bool found = false;
+  auto looked = run.read([&](const RecordBatch& batch) {
+    found = !batch.sent.empty();
+    return !found;
+  });
+  if (!looked) return Unexpected<std::string>(looked.error());
+  return found;
+}
+
+/// Of each electrode, whether the session of its run holds what left.
+Expected<std::vector<bool>, std::string> electrodes_with_sent(RunJournal& run) {
+  constexpr std::size_t kAll = std::numeric_limits<std::uint16_t>::max() + 1U;
+  std::vector<RunJournal::Part> parts = run.parts();
+  if (parts.empty()) parts.push_back({.journal = run, .electrodes = kAll});
+  std::vector<bool> with_sent;
+  for (const RunJournal::Part& part : parts) {
+    const auto holds = holds_sent(part.journal);
+    if (!holds) return Unexpected<std::string>(holds.error());
+    with_sent.insert(with_sent.end(), part.electrodes, *holds);
+  }
+  return with_sent;
+}
+
+/// What left; of an electrode whose session does not hold it, what the encoder commanded.
+std::vector<SentCommand> for_receivers(const RecordBatch& batch,
+                                       const std::vector<bool>& with_sent) {
+  std::vector<SentCommand> left = unsent_of(batch.commands);
+  std::erase_if(left,
+                [&](const SentCommand& each) { return with_sent.at(each.command.electrode); });
   std::copy_if(batch.sent.begin(), batch.sent.end(), std::back_inserter(left),
                [](const SentCommand& each) { return each.refused_by == 0; });
+  std::ranges::stable_sort(left, {}, [](const SentCommand& each) { return time_of(each); });
   return left;
 }
 
@@ -128,17 +157,15 @@ Expected<void, SetupError> write_run(RunJournal& run, const RunOrigin& origin,
   }
   const bool receives = std::any_of(sinks.begin(), sinks.end(),
                                     [](const auto& sink) { return sink->receives_commands(); });
-  bool has_sent = false;
+  std::vector<bool> with_sent;
   if (receives) {
-    const auto looked = run.read([&](const RecordBatch& batch) {
-      has_sent = !batch.sent.empty();
-      return !has_sent;
-    });
-    if (!looked) return bad_input(looked.error());
+    auto found = electrodes_with_sent(run);
+    if (!found) return bad_input(found.error());
+    with_sent = std::move(*found);
   }
   const auto read = run.read([&](const RecordBatch& batch) {
     spikes += batch.spikes.size();
-    const auto left = receives ? for_receivers(batch, has_sent) : std::vector<SentCommand>();
+    const auto left = receives ? for_receivers(batch, with_sent) : std::vector<SentCommand>();
     RecordBatch received = batch;
     received.sent = left;
     return std::all_of(sinks.begin(), sinks.end(), [&](const auto& sink) {
