@@ -302,6 +302,24 @@ TEST(Plan, IsDrivenByTheReadingThatDrivesTheRun) {
             "probe.control");
 }
 
+TEST(Plan, RefusesThePressThatTheRunRefuses) {
+  const TemporaryFolder folder;
+  const std::string raised = folder.file("s.toml", "[probe]\nmax_depth_mm = 25\n");
+  const std::string deep = "sim:ramp?depth_mm=20&hold_s=0.1";
+  for (const char* const command : {"plan", "run"}) {
+    const auto refused = run_program({command, "paper", "--probe", deep});
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_NE(refused.err.find("[probe] max_depth_mm"), std::string::npos) << refused.err;
+  }
+  EXPECT_EQ(run_program({"plan", raised, "--probe", deep}).exit_code, 0);
+  // The press that stands in for a device is no reading of it.
+  Scene scene = scene_of(
+      "[probe]\nuri = \"serial:/dev/ttyUSB0?protocol=csv&columns=time_us,depth_mm\"\n"
+      "max_depth_mm = 1\n");
+  const auto plan = make_plan(scene);
+  EXPECT_TRUE(plan) << plan.error().sentence;
+}
+
 TEST(Plan, RefusesABudgetThatNoMethodMeetsAndNamesTheBest) {
   const auto run = run_program({"plan", "--spike-time-us", "0.00001"});
   EXPECT_EQ(run.exit_code, 2);

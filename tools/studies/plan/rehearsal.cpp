@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/parameters/range.hpp"
+#include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "realtime/input/probe_input.hpp"
 #include "realtime/input/probe_queue.hpp"
@@ -41,7 +42,7 @@ std::string stand_in_for(const Scene& scene, std::size_t probe, const DeviceUri&
 }  // namespace
 
 /// The samples of a probe up to `most` after its first touch.
-std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(
+Expected<std::vector<ProbeRecording::Recorded>, SetupError> ProbeRecording::samples_of(
     Probe& probe, const ContactDecision::Parameters& parameters, std::chrono::nanoseconds most) {
   ContactDecision contact(parameters, true);
   std::vector<Recorded> all;
@@ -49,6 +50,7 @@ std::vector<ProbeRecording::Recorded> ProbeRecording::samples_of(
   std::optional<std::chrono::nanoseconds> touched;
   for (;;) {
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
+    if (!count && count.error() == ProbeError::kBadData) return bad_input(probe.error_message());
     if (!count) return all;
     for (std::size_t i = 0; i < *count; ++i) {
       auto sample = readings.sample(i);
@@ -73,7 +75,8 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const std::string uri = scene.uri_of(i);
     auto source = scene.source_of(i);
-    if (source && !uri.starts_with("replay:") && !uri.starts_with("sim:")) {
+    const bool device = !uri.starts_with("replay:") && !uri.starts_with("sim:");
+    if (source && device) {
       recording.stand_in_ = true;
       source = DeviceUri::parse(stand_in_for(scene, i, *source));
     }
@@ -82,6 +85,10 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
     if (!probe) return Unexpected<SetupError>(probe.error());
     infos.push_back((*probe)->info());
     infos.back().uri = uri;
+    if (!device) {
+      *probe =
+          std::make_unique<LimitedProbe>(std::move(*probe), std::vector{scene.probes[i].limits});
+    }
     probes.push_back(std::move(*probe));
   }
   if (auto chosen = choose_controls(scene, infos); !chosen) {
@@ -90,8 +97,9 @@ Expected<ProbeRecording, SetupError> ProbeRecording::read(Scene& scene,
   auto first = std::chrono::nanoseconds::max();
   auto touch = std::chrono::nanoseconds::max();
   for (std::size_t i = 0; i < probes.size(); ++i) {
-    const auto& samples = recording.samples_.emplace_back(
-        samples_of(*probes[i], scene.probes[i].input.contact, most));
+    auto read = samples_of(*probes[i], scene.probes[i].input.contact, most);
+    if (!read) return Unexpected<SetupError>(read.error());
+    const auto& samples = recording.samples_.emplace_back(std::move(*read));
     recording.inputs_.push_back(scene.probes[i].input);
     for (const Recorded& each : samples) {
       if (touches(each.sample)) touch = std::min(touch, each.sample.time - kBeforeTouch);

@@ -28,8 +28,8 @@ struct Rehearsal {
 class ProbeRecording {
  public:
   /// Reads recorded and simulated probes and chooses what drives `scene`'s contacts, as a run does.
-  /// Fails if one cannot be opened. \param most  longest duration, from shortly before the first
-  /// touch
+  /// Fails if one cannot be opened, or ends with an error, as at a press beyond its limits.
+  /// \param most  longest duration, from shortly before the first touch
   [[nodiscard]] static Expected<ProbeRecording, SetupError> read(Scene& scene,
                                                                  std::chrono::nanoseconds most);
 
@@ -45,9 +45,8 @@ class ProbeRecording {
     ProbeSample sample;
     std::vector<float> taxels;
   };
-  static std::vector<Recorded> samples_of(Probe& probe,
-                                          const ContactDecision::Parameters& parameters,
-                                          std::chrono::nanoseconds most);
+  static Expected<std::vector<Recorded>, SetupError> samples_of(
+      Probe& probe, const ContactDecision::Parameters& parameters, std::chrono::nanoseconds most);
 
   std::vector<std::vector<Recorded>> samples_;  ///< by probe
   std::vector<ProbeInput::Parameters> inputs_;
