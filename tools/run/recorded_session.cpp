@@ -134,8 +134,9 @@ Expected<std::vector<bool>, std::string> electrodes_with_sent(RunJournal& run) {
 std::vector<SentCommand> for_receivers(const RecordBatch& batch,
                                        const std::vector<bool>& with_sent) {
   std::vector<SentCommand> left = unsent_of(batch.commands);
-  std::erase_if(left,
-                [&](const SentCommand& each) { return with_sent.at(each.command.electrode); });
+  std::erase_if(left, [&](const SentCommand& each) {
+    return each.command.electrode < with_sent.size() && with_sent[each.command.electrode];
+  });
   std::copy_if(batch.sent.begin(), batch.sent.end(), std::back_inserter(left),
                [](const SentCommand& each) { return each.refused_by == 0; });
   std::ranges::stable_sort(left, {}, [](const SentCommand& each) { return time_of(each); });
