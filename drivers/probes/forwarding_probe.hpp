@@ -1,6 +1,8 @@
 #pragma once
 
+#include <iterator>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,7 +13,7 @@
 namespace merkel {
 
 /// A probe in front of another one, which it owns. Passes every call on: a probe that changes some
-/// of them derives from it, and cannot forget the others.
+/// of them derives from it, and cannot forget the others. It may add notices of its own.
 class ForwardingProbe : public Probe {
  public:
   explicit ForwardingProbe(std::unique_ptr<Probe> probe) : probe_(std::move(probe)) {}
@@ -26,7 +28,14 @@ class ForwardingProbe : public Probe {
   }
   [[nodiscard]] std::string error_message() const override { return probe_->error_message(); }
   [[nodiscard]] ProbeStatus status() const override { return probe_->status(); }
-  [[nodiscard]] std::vector<std::string> take_notices() override { return probe_->take_notices(); }
+  [[nodiscard]] std::vector<std::string> take_notices() override {
+    std::vector<std::string> notices = probe_->take_notices();
+    const std::scoped_lock lock(notices_mutex_);
+    notices.insert(notices.end(), std::make_move_iterator(notices_.begin()),
+                   std::make_move_iterator(notices_.end()));
+    notices_.clear();
+    return notices;
+  }
   [[nodiscard]] bool request_tare(std::size_t output) noexcept override {
     return probe_->request_tare(output);
   }
@@ -38,8 +47,17 @@ class ForwardingProbe : public Probe {
     probe_->remove_listener(port, listener);
   }
 
+ protected:
+  /// Thread: any.
+  void add_notice(std::string sentence) {
+    const std::scoped_lock lock(notices_mutex_);
+    notices_.push_back(std::move(sentence));
+  }
+
  private:
   std::unique_ptr<Probe> probe_;
+  std::mutex notices_mutex_;
+  std::vector<std::string> notices_;  ///< guarded by notices_mutex_
 };
 
 }  // namespace merkel

@@ -28,10 +28,7 @@ constexpr std::array<std::pair<std::uint32_t, double ProbeSample::*>, 4> kFields
 Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view text,
                                                               bool allow_remote) {
   std::vector<std::unique_ptr<Probe>> members;
-  std::string_view rest = text.substr(kScheme.size());
-  while (!rest.empty()) {
-    const std::string_view uri = rest.substr(0, rest.find('|'));
-    rest.remove_prefix(std::min(uri.size() + 1, rest.size()));
+  for (const std::string_view uri : members_of(text)) {
     if (uri.starts_with(kScheme))
       return bad_input("a fused probe cannot be a member of another one");
     auto member = open_probe(uri, allow_remote);
@@ -39,6 +36,16 @@ Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::open(std::string_view t
     members.push_back(std::move(*member));
   }
   return fuse(text, std::move(members));
+}
+
+std::vector<std::string_view> FusedProbe::members_of(std::string_view uri) {
+  if (!uri.starts_with(kScheme)) return {uri};
+  std::vector<std::string_view> members;
+  for (std::string_view rest = uri.substr(kScheme.size()); !rest.empty();) {
+    members.push_back(rest.substr(0, rest.find('|')));
+    rest.remove_prefix(std::min(members.back().size() + 1, rest.size()));
+  }
+  return members;
 }
 
 Expected<std::unique_ptr<Probe>, SetupError> FusedProbe::fuse(

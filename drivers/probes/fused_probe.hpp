@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -28,6 +29,8 @@ class FusedProbe final : public Probe {
   /// \param allow_remote  as in open_probe()
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open(std::string_view text,
                                                                          bool allow_remote);
+  /// The URIs of the members of such a probe; of another one, its own.
+  [[nodiscard]] static std::vector<std::string_view> members_of(std::string_view uri);
   /// Fuses probes that are already open; the first one gives the times.
   [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> fuse(
       std::string_view uri, std::vector<std::unique_ptr<Probe>> members);

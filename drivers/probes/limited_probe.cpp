@@ -53,10 +53,10 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(Readings& readings,
         error_message_ = std::move(why);
       } else {
         readings.columns().of(output).put_nothing(readings.row(i));
+        if (!reported_[output]) add_notice(std::move(why));
+        reported_[output] = true;
         const std::scoped_lock lock(mutex_);
         ++refused_;
-        if (!reported_[output]) notices_.push_back(std::move(why));
-        reported_[output] = true;
       }
     }
     return !measured || !error_message_.empty();
@@ -72,13 +72,6 @@ ProbeStatus LimitedProbe::status() const {
   const std::scoped_lock lock(mutex_);
   if (status.device) status.device->refused += refused_;
   return status;
-}
-
-std::vector<std::string> LimitedProbe::take_notices() {
-  std::vector<std::string> notices = ForwardingProbe::take_notices();
-  const std::scoped_lock lock(mutex_);
-  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
-  return notices;
 }
 
 }  // namespace merkel

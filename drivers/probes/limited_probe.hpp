@@ -40,15 +40,13 @@ class LimitedProbe final : public ForwardingProbe {
     return error_message_.empty() ? ForwardingProbe::error_message() : error_message_;
   }
   [[nodiscard]] ProbeStatus status() const override;
-  [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
   std::vector<PressLimits> limits_;
   std::string error_message_;
-  mutable std::mutex mutex_;  ///< guards the rest
-  std::uint64_t refused_ = 0;
   std::vector<bool> reported_;  ///< by output
-  std::vector<std::string> notices_;
+  mutable std::mutex mutex_;    ///< guards refused_
+  std::uint64_t refused_ = 0;
 };
 
 }  // namespace merkel

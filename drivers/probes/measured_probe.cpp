@@ -35,7 +35,7 @@ void MeasuredProbe::publish(bool first) {
                   "%.3g ms",
                   units::ms_from(now.period), units::ms_from(now.jitter),
                   units::ms_from(timing_->period));
-    notices_.push_back(info().name + text.data());
+    add_notice(info().name + text.data());
   }
   timing_ = now;
 }
@@ -46,13 +46,6 @@ ProbeStatus MeasuredProbe::status() const {
   const std::scoped_lock lock(mutex_);
   status.timing = timing_;
   return status;
-}
-
-std::vector<std::string> MeasuredProbe::take_notices() {
-  std::vector<std::string> notices = ForwardingProbe::take_notices();
-  const std::scoped_lock lock(mutex_);
-  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
-  return notices;
 }
 
 }  // namespace merkel

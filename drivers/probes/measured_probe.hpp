@@ -23,15 +23,13 @@ class MeasuredProbe final : public ForwardingProbe {
   [[nodiscard]] Expected<std::size_t, ProbeError> read(Readings& readings,
                                                        std::chrono::milliseconds patience) override;
   [[nodiscard]] ProbeStatus status() const override;
-  [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
   void publish(bool first);
 
   SampleMeter meter_;
-  mutable std::mutex mutex_;  ///< guards the rest
+  mutable std::mutex mutex_;  ///< guards timing_
   std::optional<SampleTiming> timing_;
-  std::vector<std::string> notices_;
 };
 
 }  // namespace merkel

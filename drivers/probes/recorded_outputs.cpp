@@ -142,9 +142,9 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
     if (saturated) ++counts.saturated;
     if (outside) ++counts.outside_calibration;
   }
+  for (std::string& sentence : notices) add_notice(std::move(sentence));
   const std::scoped_lock lock(mutex_);
   merge(counts_, counts);
-  for (std::string& sentence : notices) notices_.push_back(std::move(sentence));
   return readings.size();
 }
 
@@ -153,13 +153,6 @@ ProbeStatus RecordedOutputs::status() const {
   const std::scoped_lock lock(mutex_);
   if (counts_.saturated + counts_.outside_calibration > 0) status.device = counts_;
   return status;
-}
-
-std::vector<std::string> RecordedOutputs::take_notices() {
-  std::vector<std::string> notices = ForwardingProbe::take_notices();
-  const std::scoped_lock lock(mutex_);
-  for (std::string& sentence : std::exchange(notices_, {})) notices.push_back(std::move(sentence));
-  return notices;
 }
 
 /// The sample of an array. Pressures that are out, or no pressures, are 0.

@@ -31,7 +31,6 @@ class RecordedOutputs final : public ForwardingProbe {
                                                        std::chrono::milliseconds patience) override;
   /// With the counters of a device, once a calibration does not cover a reading.
   [[nodiscard]] ProbeStatus status() const override;
-  [[nodiscard]] std::vector<std::string> take_notices() override;
 
  private:
   explicit RecordedOutputs(std::unique_ptr<Probe> recording)
@@ -54,9 +53,8 @@ class RecordedOutputs final : public ForwardingProbe {
   std::vector<CalibrationWatch> watches_;
   Readings waiting_;          ///< read, but not yet split
   std::size_t next_ = 0;      ///< of those
-  mutable std::mutex mutex_;  ///< guards counts_ and notices_
+  mutable std::mutex mutex_;  ///< guards counts_
   DeviceCounts counts_;       ///< readings, and those that a calibration does not cover
-  std::vector<std::string> notices_;
 };
 
 }  // namespace merkel

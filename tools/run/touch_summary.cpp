@@ -5,6 +5,7 @@
 
 #include "core/contact/contact_validity.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/fused_probe.hpp"
 #include "drivers/uri.hpp"
 #include "tools/run/force_and_depth.hpp"
 #include "tools/scene/contact_sentence.hpp"
@@ -35,13 +36,8 @@ std::string source_of(const std::string& text, std::string calibration) {
   if (text.starts_with("sim:")) return "simulated";
   const bool recorded = text.starts_with("replay:");
   // Each member of a fused probe may have its own.
-  constexpr std::string_view kFused = "fused:";
-  std::string_view rest = text;
-  if (rest.starts_with(kFused)) rest.remove_prefix(kFused.size());
   std::string of_members;
-  while (!rest.empty()) {
-    const std::string_view member = rest.substr(0, rest.find('|'));
-    rest.remove_prefix(std::min(member.size() + 1, rest.size()));
+  for (const std::string_view member : FusedProbe::members_of(text)) {
     const auto uri = Uri::parse(member);
     if (!uri || !uri->options.contains("calibration")) continue;
     of_members += (of_members.empty() ? "" : " and ") + uri->options.at("calibration");
