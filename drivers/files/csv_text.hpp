@@ -20,6 +20,11 @@ namespace merkel {
 /// The shortest decimal that parse_number(…, -shift) reads back as the same double.
 [[nodiscard]] std::string shifted_decimal(double value, int shift);
 
+/// A text without the UTF-8 byte order mark at its beginning, if it has one.
+[[nodiscard]] inline std::string_view without_byte_order_mark(std::string_view text) noexcept {
+  return text.substr(text.starts_with("\xEF\xBB\xBF") ? 3 : 0);
+}
+
 /// A whole field of time as nanoseconds, exact; decimals below a nanosecond are rounded. Empty if
 /// it is not a finite number within ±4e9 s, the range in which the difference of any two times
 /// fits. \param unit_ns  of the field: a power of ten from 1 to 1e9

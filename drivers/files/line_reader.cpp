@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "drivers/files/csv_text.hpp"
 #include "drivers/files/input_file.hpp"
 
 namespace merkel {
@@ -69,7 +70,7 @@ LineReader::Outcome LineReader::next() {
     line_ = {first, length};
     begin_ += length + (found != nullptr ? 1 : 0);
     if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
-    if (number_ == 1 && line_.starts_with("\xEF\xBB\xBF")) line_.remove_prefix(3);
+    if (number_ == 1) line_ = without_byte_order_mark(line_);
     const auto binary = std::find_if(line_.begin(), line_.end(), [](char c) {
       return static_cast<unsigned char>(c) < 0x20 && c != '\t';
     });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/frame_lines.hpp"
@@ -139,7 +140,7 @@ class CsvLines final : public LineProtocol {
 
   void read_row(std::string_view line, nanoseconds arrival, DeviceStream& stream) {
     const bool cut = std::exchange(may_be_cut_, false);
-    if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3);  // a byte order mark
+    line = without_byte_order_mark(line);
     if (line.empty() || line.front() == '#') return;
     if (line.find_first_not_of(" \t") == std::string_view::npos) return;
     const bool digits = line.find_first_of("0123456789") != std::string_view::npos;
@@ -244,12 +245,11 @@ class CsvLines final : public LineProtocol {
   /// Into the columns of `names`.
   void split(std::string_view line, char separator, const RowNames& names) {
     parts_.clear();
-    const bool ends = separator != ' ' && line.ends_with(separator);
+    const bool may_end_empty = ends_in_separator(line, separator);
     while (!line.empty() && parts_.size() < TextRow::kMaxValues) {
       parts_.push_back(take_csv_part(line, separator));
     }
-    // The separator at the end is followed by an empty field, unless all lines end with one.
-    if (ends && parts_.size() + 1 == names.layout().size()) parts_.emplace_back();
+    if (may_end_empty && parts_.size() + 1 == names.layout().size()) parts_.emplace_back();
   }
 
   /// True if a line has the named columns in the given style or the default style.

@@ -155,8 +155,9 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
       if (!good || fields > 2 * numbers) continue;
       ++read;
       if (fields_of_first == 0) fields_of_first = fields;
-      const bool empty_last = style.separator != ' ' && line.ends_with(style.separator);
-      if (fields == fields_of_first || (empty_last && fields + 1 == fields_of_first)) ++alike;
+      const bool empty_last =
+          fields + 1 == fields_of_first && ends_in_separator(line, style.separator);
+      if (fields == fields_of_first || empty_last) ++alike;
     }
     if (with_digits == 0 || 2 * read <= with_digits || 2 * alike <= read) continue;
     if (style.decimal_comma && !comma_used) continue;

@@ -29,6 +29,12 @@ struct CsvField {
 /// Several blanks are one separator.
 [[nodiscard]] std::string_view take_csv_part(std::string_view& rest, char separator) noexcept;
 
+/// True if an empty field may follow the last separator: it does where a field is missing, but not
+/// where all lines end with a separator.
+[[nodiscard]] constexpr bool ends_in_separator(std::string_view line, char separator) noexcept {
+  return separator != ' ' && line.ends_with(separator);
+}
+
 /// Reads one field. Text without a number is a label.
 [[nodiscard]] CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept;
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "drivers/files/column_text.hpp"
+#include "drivers/files/csv_text.hpp"
 
 namespace merkel {
 namespace {
@@ -72,7 +73,7 @@ class TableText {
 }  // namespace
 
 Expected<TextTable, SetupError> parse_table(std::string_view text, const std::string& name) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  text = without_byte_order_mark(text);
   TextTable table;
   TableText lines(text);
   while (!lines.ended()) {
