@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
+#include <vector>
 
+#include "core/math/line_fit.hpp"
 #include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
@@ -79,31 +82,21 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
     fitted.zero = means[0] - points[0].known / before.gain;
     fitted.residual = 0.0;
   } else {
-    const auto n = static_cast<double>(points.size());
-    double mean_reading = 0.0;
-    double mean_known = 0.0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      mean_reading += means[i] / n;
-      mean_known += points[i].known / n;
-    }
-    double xx = 0.0;
-    double xy = 0.0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      xx += (means[i] - mean_reading) * (means[i] - mean_reading);
-      xy += (means[i] - mean_reading) * (points[i].known - mean_known);
-    }
-    const double spread = std::sqrt(xx / n);
-    if (!(spread > kNoisesApart * noise) || xy == 0.0) {
+    std::vector<std::pair<double, double>> pairs;  // mean reading, known
+    for (std::size_t i = 0; i < points.size(); ++i) pairs.emplace_back(means[i], points[i].known);
+    const FittedLine line = fit_line(pairs);
+    const double spread = std::sqrt(line.xx / line.count);
+    if (!(spread > kNoisesApart * noise) || line.xy == 0.0) {
       return bad_input(
           "the readings at the points differ by less than their noise: apply the requested loads, "
           "and choose points that are further apart");
     }
-    fitted.gain = xy / xx;
-    fitted.zero = mean_reading - mean_known / fitted.gain;
+    fitted.gain = line.slope();
+    fitted.zero = line.mean_x - line.mean_y / fitted.gain;
     double rest = 0.0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const double error = fitted.gain * (means[i] - fitted.zero) - points[i].known;
-      rest += error * error / n;
+    for (const auto& [mean, known] : pairs) {
+      const double error = fitted.gain * (mean - fitted.zero) - known;
+      rest += error * error / line.count;
     }
     fitted.residual = std::sqrt(rest);
     const auto [least, most] =

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "core/math/line_fit.hpp"
 
 namespace merkel {
 namespace {
@@ -47,35 +51,22 @@ Expected<ClockLine, SetupError> ClockLine::through(const ClockOffsets& offsets,
   }
   double middle_s = offsets[0].first;
   for (const auto& [time_s, offset_s] : offsets) middle_s = std::min(middle_s, time_s);
-  std::vector<double> weights(offsets.size(), 1.0);
   std::vector<double> residuals(offsets.size());
+  const auto index = [&](const auto& each) {
+    return static_cast<std::size_t>(&each - offsets.data());
+  };
+  const auto x = [&](const auto& each) { return each.first - middle_s; };
+  const auto y = [](const auto& each) { return each.second; };
+  const auto weight = [&](const auto& each) {
+    return kRobust_s / std::max(residuals[index(each)], kRobust_s);
+  };
   double at_middle = 0.0;
   double drift = 0.0;
   for (int step = 0; step < kMaxSteps; ++step) {
-    double w = 0.0;
-    double wx = 0.0;
-    double wy = 0.0;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      w += weights[i];
-      wx += weights[i] * (offsets[i].first - middle_s);
-      wy += weights[i] * offsets[i].second;
-    }
-    double xx = 0.0;
-    double xy = 0.0;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      const double x = offsets[i].first - middle_s - wx / w;
-      xx += weights[i] * x * x;
-      xy += weights[i] * x * (offsets[i].second - wy / w);
-    }
-    const double before = at_middle;
-    const double drift_before = drift;
-    drift = xx > 0.0 ? xy / xx : 0.0;
-    at_middle = wy / w - drift * wx / w;
-    for (std::size_t i = 0; i < offsets.size(); ++i) {
-      residuals[i] =
-          std::fabs(offsets[i].second - at_middle - drift * (offsets[i].first - middle_s));
-      weights[i] = kRobust_s / std::max(residuals[i], kRobust_s);
-    }
+    const FittedLine line = fit_line(offsets, x, y, weight);
+    const double before = std::exchange(at_middle, line.intercept());
+    const double drift_before = std::exchange(drift, line.slope());
+    for (const auto& each : offsets) residuals[index(each)] = std::fabs(y(each) - line.at(x(each)));
     if (std::fabs(at_middle - before) < 1e-13 && std::fabs(drift - drift_before) < 1e-15) break;
   }
   return ClockLine{

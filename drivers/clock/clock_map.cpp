@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/math/line_fit.hpp"
+
 namespace merkel {
 namespace {
 
@@ -21,10 +23,9 @@ double rate_between(const ClockReading& a, const ClockReading& b) {
   return ns((b.to - a.to) - (b.from - a.from)) / ns(b.from - a.from);
 }
 
-/// offset + rate·t by least squares, t from the first event.
+/// What `to` runs ahead of `from` since the first event, by least squares over the time of `from`.
 struct Line {
-  double offset_ns = 0.0;
-  double rate = 0.0;
+  FittedLine fitted;
   double largest_ns = 0.0;  ///< error of an event predicted by the others
 };
 
@@ -32,27 +33,14 @@ Line line_through(const std::vector<ClockReading>& events) {
   const ClockReading& zero = events.front();
   const auto x = [&](const ClockReading& each) { return ns(each.from - zero.from); };
   const auto y = [&](const ClockReading& each) { return ns((each.to - zero.to)) - x(each); };
-  const auto count = static_cast<double>(events.size());
-  double mean_x = 0.0;
-  double mean_y = 0.0;
+  Line line{.fitted = fit_line(events, x, y)};
+  const FittedLine& fitted = line.fitted;
   for (const ClockReading& each : events) {
-    mean_x += x(each) / count;
-    mean_y += y(each) / count;
-  }
-  double xx = 0.0;
-  double xy = 0.0;
-  for (const ClockReading& each : events) {
-    xx += (x(each) - mean_x) * (x(each) - mean_x);
-    xy += (x(each) - mean_x) * (y(each) - mean_y);
-  }
-  Line line;
-  line.rate = xx > 0.0 ? xy / xx : 0.0;
-  line.offset_ns = mean_y - line.rate * mean_x;
-  for (const ClockReading& each : events) {
-    const double error = y(each) - line.offset_ns - line.rate * x(each);
+    const double from_mean = x(each) - fitted.mean_x;
     const double weight =
-        1.0 / count + (xx > 0.0 ? (x(each) - mean_x) * (x(each) - mean_x) / xx : 0.0);
-    line.largest_ns = std::max(line.largest_ns, std::fabs(error) / std::max(1.0 - weight, 1e-9));
+        1.0 / fitted.count + (fitted.xx > 0.0 ? from_mean * from_mean / fitted.xx : 0.0);
+    line.largest_ns = std::max(
+        line.largest_ns, std::fabs(y(each) - fitted.at(x(each))) / std::max(1.0 - weight, 1e-9));
   }
   return line;
 }
@@ -139,7 +127,8 @@ ClockFit fit_clocks(const std::vector<ClockReading>& events, Time first, Time la
   const ClockReading& begin = events.front();
   const ClockReading& end = events.back();
   const Line line = events.size() < 2 ? Line{} : line_through(events);
-  if (events.size() < 2 || end.from <= begin.from || std::fabs(line.rate) > kLargestRate) {
+  if (events.size() < 2 || end.from <= begin.from ||
+      std::fabs(line.fitted.slope()) > kLargestRate) {
     return mean_offset(events);
   }
   const double span_ns = ns(end.from - begin.from);
@@ -147,7 +136,7 @@ ClockFit fit_clocks(const std::vector<ClockReading>& events, Time first, Time la
   double largest_ns = events.size() > 2 ? line.largest_ns : 0.0;
   const auto on_line = [&](const ClockReading& event) {
     return begin.to + (event.from - begin.from) +
-           rounded(line.offset_ns + line.rate * ns(event.from - begin.from));
+           rounded(line.fitted.at(ns(event.from - begin.from)));
   };
   ClockFit fit{.map = ClockMap({{begin.from, on_line(begin)}, {end.from, on_line(end)}}),
                .residual = std::nullopt};

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "core/math/line_fit.hpp"
+
 namespace merkel {
 namespace {
 
@@ -63,26 +65,16 @@ std::vector<EnvelopePoint> without_lone_low(std::span<const EnvelopePoint> point
 }
 
 EnvelopeLine least_squares(std::span<const EnvelopePoint> points, double otherwise) {
-  const auto n = static_cast<double>(points.size());
-  double mean_x = 0.0;
-  double mean_y = 0.0;
-  for (const EnvelopePoint& point : points) {
-    mean_x += point.x_ns / n;
-    mean_y += point.y_ns / n;
-  }
-  double xx = 0.0;
-  double xy = 0.0;
-  for (const EnvelopePoint& point : points) {
-    xx += (point.x_ns - mean_x) * (point.x_ns - mean_x);
-    xy += (point.x_ns - mean_x) * (point.y_ns - mean_y);
-  }
+  const FittedLine fitted = fit_line(
+      points, [](const auto& point) { return point.x_ns; },
+      [](const auto& point) { return point.y_ns; });
   EnvelopeLine line;
-  line.slope = points.size() > 2 && xx > 0.0 ? xy / xx : otherwise;
-  line.intercept_ns = mean_y - line.slope * mean_x;
+  line.slope = points.size() > 2 && fitted.xx > 0.0 ? fitted.slope() : otherwise;
+  line.intercept_ns = fitted.mean_y - line.slope * fitted.mean_x;
   double squares = 0.0;
   for (const EnvelopePoint& point : points) {
     const double rest = point.y_ns - line.intercept_ns - line.slope * point.x_ns;
-    squares += rest * rest / n;
+    squares += rest * rest / fitted.count;
   }
   line.rms_ns = std::sqrt(squares);
   return line;

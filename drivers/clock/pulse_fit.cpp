@@ -2,9 +2,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
+#include "core/math/line_fit.hpp"
 #include "drivers/clock/pulse_match.hpp"
 
 namespace merkel {
@@ -20,26 +21,16 @@ void drop_outliers(std::vector<ClockReading>& pairs) {
     const auto first = pairs.begin() + static_cast<std::ptrdiff_t>(begin);
     const auto last =
         pairs.begin() + static_cast<std::ptrdiff_t>(std::min(begin + kNeighbours, pairs.size()));
-    std::vector<std::pair<double, double>> points;
-    for (auto each = first; each != last; ++each) {
-      const auto since = each->from - first->from;
-      points.emplace_back(static_cast<double>(since.count()),
-                          static_cast<double>((each->to - first->to - since).count()));
-    }
-    double mean_x = 0.0;
-    double mean_y = 0.0;
-    for (const auto& [x, y] : points) {
-      mean_x += x / static_cast<double>(points.size());
-      mean_y += y / static_cast<double>(points.size());
-    }
-    double xx = 0.0;
-    double xy = 0.0;
-    for (const auto& [x, y] : points) {
-      xx += (x - mean_x) * (x - mean_x);
-      xy += (x - mean_x) * (y - mean_y);
-    }
-    for (const auto& [x, y] : points) {
-      errors.push_back(std::fabs(y - mean_y - (xx > 0.0 ? xy / xx : 0.0) * (x - mean_x)));
+    const auto x = [&](const ClockReading& pair) {
+      return static_cast<double>((pair.from - first->from).count());
+    };
+    const auto y = [&](const ClockReading& pair) {
+      return static_cast<double>((pair.to - first->to - (pair.from - first->from)).count());
+    };
+    const std::span near(first, last);
+    const FittedLine line = fit_line(near, x, y);
+    for (const ClockReading& pair : near) {
+      errors.push_back(std::fabs(y(pair) - line.at(x(pair))));
     }
   }
   std::vector<double> sorted = errors;

@@ -23,8 +23,7 @@ void RestDrift::add(double time_s, double value) {
   if (count_ > 0 && time_s >= second_ + 1.0) {
     const auto count = static_cast<double>(count_);
     const double mean = sum_ / count;
-    times_s_.push_back(second_ + time_sum_ / count);
-    means_.push_back(origin_ + mean);
+    points_.emplace_back(second_ + time_sum_ / count, origin_ + mean);
     variances_ += std::max(0.0, sum2_ / count - mean * mean);
     if (const auto present = slope()) largest_ = std::max(largest_, std::fabs(*present));
     count_ = 0;
@@ -33,7 +32,7 @@ void RestDrift::add(double time_s, double value) {
     seconds_ += static_cast<std::size_t>(passed);
   }
   if (count_ == 0) {
-    if (means_.empty()) second_ = time_s;
+    if (points_.empty()) second_ = time_s;
     origin_ = value;
     time_sum_ = sum_ = sum2_ = 0.0;
   }
@@ -44,13 +43,13 @@ void RestDrift::add(double time_s, double value) {
 }
 
 std::optional<double> RestDrift::slope() const {
-  const std::size_t count = std::min(means_.size(), kWindow);
+  const std::size_t count = std::min(points_.size(), kWindow);
   if (count < kMin) return std::nullopt;
-  return fit_line(std::span(times_s_).last(count), std::span(means_).last(count)).slope;
+  return fit_line(std::span(points_).last(count)).slope();
 }
 
 double RestDrift::noise() const {
-  return means_.empty() ? 0.0 : std::sqrt(variances_ / static_cast<double>(means_.size()));
+  return points_.empty() ? 0.0 : std::sqrt(variances_ / static_cast<double>(points_.size()));
 }
 
 bool RestDrift::is_warm() const {

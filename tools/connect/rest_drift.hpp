@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -34,8 +35,7 @@ class RestDrift {
   [[nodiscard]] bool is_warm() const;
 
  private:
-  std::vector<double> means_;
-  std::vector<double> times_s_;  ///< of the means
+  std::vector<std::pair<double, double>> points_;  ///< s, means
   std::size_t seconds_ = 0;
   double second_ = 0.0;  ///< the present one
   double origin_ = 0.0;  ///< its first value, from which its sums are counted

@@ -4,6 +4,10 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/math/line_fit.hpp"
 
 namespace merkel {
 namespace {
@@ -35,22 +39,16 @@ std::optional<double> skin_depth_mm(std::span<const double> depth_mm,
   if (in_a_row < kInARow) return std::nullopt;
   onset -= kInARow;
   // The line of force^(2/3) over depth meets 0 at the skin.
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  std::vector<std::pair<double, double>> points;  // mm from the onset, force^(2/3)
   for (std::size_t i = onset; i < size; ++i) {
     const double force = force_N[i] - zero;
     if (force < kEndOfTouch * threshold || force > kFitted * threshold) break;
-    const double root = std::cbrt(force * force);
-    const double depth = depth_mm[i] - depth_mm[onset];
-    n += 1.0;
-    x += depth;
-    y += root;
-    xx += depth * depth;
-    xy += depth * root;
+    points.emplace_back(depth_mm[i] - depth_mm[onset], std::cbrt(force * force));
   }
-  const double slope = (n * xy - x * y) / (n * xx - x * x);
-  const double skin = (x - y / slope) / n;
+  const FittedLine line = fit_line(points);
+  const double skin = line.mean_x - line.mean_y / line.slope();
   // A force without a movement, or of a depth that falls, is no touch of a probe that is lowered.
-  if (!(slope > 0.0) || !std::isfinite(skin)) return std::nullopt;
+  if (!(line.slope() > 0.0) || !std::isfinite(skin)) return std::nullopt;
   return depth_mm[onset] + skin;
 }
 

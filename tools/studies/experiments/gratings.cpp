@@ -167,15 +167,17 @@ ExperimentOutcome gaps_in_a_plate(const TactileModel::Parameters& scene, std::si
                       .x = gaps_mm,
                       .model = {},
                       .recorded = {}};
+  std::vector<std::pair<double, double>> falls;
   for (std::size_t k = 0; k < gaps_mm.size(); ++k) {
     dip.model.push_back(1.0 - rows[1 + k].rates_hz[0] / whole);
+    falls.emplace_back(gaps_mm[k], dip.model[k]);
   }
-  const FittedLine line = fit_line(gaps_mm, dip.model);
+  const FittedLine line = fit_line(falls);
   // Where the rate rises with the gap, there is no gap from which it falls.
-  const double onset =
-      line.slope > 0.0 ? -line.intercept / line.slope : std::numeric_limits<double>::quiet_NaN();
-  if (line.slope > 0.0) {
-    for (const double gap : gaps_mm) dip.recorded.push_back(line.slope * (gap - 0.55));
+  const double onset = line.slope() > 0.0 ? -line.intercept() / line.slope()
+                                          : std::numeric_limits<double>::quiet_NaN();
+  if (line.slope() > 0.0) {
+    for (const double gap : gaps_mm) dip.recorded.push_back(line.slope() * (gap - 0.55));
   }
   return ExperimentResult{
       .figures = {{"gap from which the response falls, mm", onset, "0.55", 0.35, 0.75},

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 #include <vector>
+
+#include "core/math/line_fit.hpp"
 
 namespace merkel {
 namespace {
@@ -26,19 +29,11 @@ std::vector<double> ranks(std::span<const double> values) {
   return rank;
 }
 
-double pearson(std::span<const double> x, std::span<const double> y) {
-  const auto count = static_cast<double>(x.size());
-  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / count;
-  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / count;
-  double xy = 0.0;
-  double xx = 0.0;
-  double yy = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    xy += (x[i] - mean_x) * (y[i] - mean_y);
-    xx += (x[i] - mean_x) * (x[i] - mean_x);
-    yy += (y[i] - mean_y) * (y[i] - mean_y);
-  }
-  return xx > 0.0 && yy > 0.0 ? xy / std::sqrt(xx * yy) : 0.0;
+double pearson(const std::vector<double>& x, const std::vector<double>& y) {
+  std::vector<std::pair<double, double>> pairs;
+  for (std::size_t i = 0; i < x.size(); ++i) pairs.emplace_back(x[i], y[i]);
+  const FittedLine line = fit_line(pairs);
+  return line.xx > 0.0 && line.yy > 0.0 ? line.xy / std::sqrt(line.xx * line.yy) : 0.0;
 }
 
 }  // namespace
