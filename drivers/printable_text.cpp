@@ -70,6 +70,18 @@ std::string printable_text(std::string_view text, std::size_t longest) {
   return printable;
 }
 
+std::string utf8_text(std::string_view text) {
+  std::string valid;
+  while (!text.empty()) {
+    std::uint32_t code = 0;
+    const std::size_t length = first_character(text, code);
+    const bool character = (code < 0xD800 || code > 0xDFFF) && code != 0xFFFE && code != 0xFFFF;
+    valid += length > 0 && character ? text.substr(0, length) : "\xEF\xBF\xBD";
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return valid;
+}
+
 std::string printable_column(std::string_view name) {
   std::string text = printable_text(name);
   std::replace(text.begin(), text.end(), ',', '_');

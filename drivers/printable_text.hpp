@@ -9,7 +9,11 @@ namespace merkel {
 /// or hide others become '?', and the text is cut after `longest` bytes.
 [[nodiscard]] std::string printable_text(std::string_view text, std::size_t longest = 400);
 
-/// The same for the name of a column of a CSV file: commas become '_'.
+/// A text for formats of UTF-8: bytes that are none, and characters that XML forbids there, become
+/// U+FFFD.
+[[nodiscard]] std::string utf8_text(std::string_view text);
+
+/// printable_text() for the name of a column of a CSV file: commas become '_'.
 [[nodiscard]] std::string printable_column(std::string_view name);
 
 /// Whether received bytes are text: at least 95 % are printable ASCII, blanks or line ends. At a

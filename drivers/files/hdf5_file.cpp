@@ -12,6 +12,7 @@
 
 #include "drivers/files/file_rename.hpp"
 #include "drivers/files/hdf5_handle.hpp"
+#include "drivers/printable_text.hpp"
 
 namespace merkel {
 namespace {
@@ -70,11 +71,19 @@ hid_t file_type(Hdf5File::Type type) {
   return H5T_IEEE_F64LE;
 }
 
-std::vector<const char*> pointers_to(std::span<const std::string> texts) {
-  std::vector<const char*> pointers;
-  for (const std::string& text : texts) pointers.push_back(text.c_str());
-  return pointers;
-}
+/// Texts as HDF5 takes them: pointers to UTF-8.
+class TextPointers {
+ public:
+  explicit TextPointers(std::span<const std::string> texts) {
+    for (const std::string& text : texts) texts_.push_back(utf8_text(text));
+    for (const std::string& text : texts_) pointers_.push_back(text.c_str());
+  }
+  [[nodiscard]] const char* const* data() const noexcept { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> texts_;
+  std::vector<const char*> pointers_;
+};
 
 }  // namespace
 
@@ -116,14 +125,13 @@ void Hdf5File::write_attribute(const std::string& path, const char* name, std::i
 }
 
 void Hdf5File::attribute(const std::string& path, const char* name, const std::string& text) {
-  const char* const value = text.c_str();
-  write_attribute(path, name, text_type().id(), scalar().id(), &value);
+  write_attribute(path, name, text_type().id(), scalar().id(), TextPointers({&text, 1}).data());
 }
 
 void Hdf5File::attribute(const std::string& path, const char* name,
                          std::span<const std::string> texts) {
   write_attribute(path, name, text_type().id(), list_of(texts.size()).id(),
-                  pointers_to(texts).data());
+                  TextPointers(texts).data());
 }
 
 void Hdf5File::attribute(const std::string& path, const char* name, float value) {
@@ -187,9 +195,8 @@ void Hdf5File::text(const std::string& path, const std::string& value) {
   const Hdf5Handle dataset(H5Dcreate2(file_, path.c_str(), type.id(), scalar().id(), links.id(),
                                       H5P_DEFAULT, H5P_DEFAULT),
                            H5Dclose);
-  const char* const pointer = value.c_str();
-  check(dataset.valid() &&
-        H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, &pointer) >= 0);
+  check(dataset.valid() && H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                    TextPointers({&value, 1}).data()) >= 0);
 }
 
 void Hdf5File::texts(const std::string& path, std::span<const std::string> values) {
@@ -198,7 +205,7 @@ void Hdf5File::texts(const std::string& path, std::span<const std::string> value
   const Hdf5Handle dataset(growing_dataset(file_, path, type.id(), 1, values.size()), H5Dclose);
   check(dataset.valid() &&
         (values.empty() || H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                    pointers_to(values).data()) >= 0));
+                                    TextPointers(values).data()) >= 0));
 }
 
 Hdf5File::Column::Column(Hdf5File& file, const std::string& path, Type type, std::size_t width)

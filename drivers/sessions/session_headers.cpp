@@ -8,13 +8,14 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/printable_text.hpp"
 
 namespace merkel {
 namespace {
 
 /// XML 1.0 cannot represent most control characters and requires UTF-8.
 std::string xml_text(std::string_view text) {
-  std::string clean(text);
+  std::string clean = utf8_text(text);
   for (char& c : clean) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 && c != '\n' && c != '\t') c = ' ';

@@ -10,6 +10,7 @@
 
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -114,10 +115,12 @@ class LslSink final : public Sink {
     channel.append_child_value("label", "neuron")
         .append_child_value("type", "Spikes")
         .append_child_value("unit", "number from 1");
-    info.desc().append_child_value("scene", setup.run.scene);
+    info.desc().append_child_value("scene", utf8_text(setup.run.scene));
     lsl::xml_element facts = info.desc().append_child("merkel");
-    for (const auto& [fact, value] : setup.run.facts) facts.append_child_value(fact, value);
-    facts.append_child_value("scene", setup.run.scene);
+    for (const auto& [fact, value] : setup.run.facts) {
+      facts.append_child_value(fact, utf8_text(value));
+    }
+    facts.append_child_value("scene", utf8_text(setup.run.scene));
     const ClockPair clocks = read_clock_pair();
     facts.append_child_value("clock_monotonic_ns", std::to_string(clocks.monotonic.count()));
     facts.append_child_value("clock_utc_ns", std::to_string(clocks.utc.count()));

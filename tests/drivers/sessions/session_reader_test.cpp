@@ -447,6 +447,31 @@ TEST(SessionReader, SamplesOfEachProbeHaveItsOwnColumns) {
   }
 }
 
+/// Other readers of XML refuse the whole file for one such byte.
+TEST(SessionFormat, HeadersHoldNoBytesThatXmlForbids) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("latin.xdf");
+  std::vector<ProbeInfo> probes = two_probes();
+  probes[1].extra_columns = {"t_\xB0"};
+  auto sink = open_sink(
+      "xdf:" + path,
+      SinkSetup{.run = {.scene = "caf\xE9.toml",
+                        .facts = {{"scene_text", "µ€😀"},
+                                  {"bytes", "a\xE2\x82 \xC0\xAF \xED\xA0\x80 \xEF\xBF\xBE\xF5z"}},
+                        .model = {},
+                        .probes = probes}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  ASSERT_TRUE((*sink)->close());
+  const auto session = SessionReader::open(path);
+  ASSERT_TRUE(session) << session.error().sentence;
+  const std::string bad = "\xEF\xBF\xBD";
+  EXPECT_EQ(session->fact("scene"), "caf" + bad + ".toml");
+  EXPECT_EQ(session->fact("scene_text"), "µ€😀");
+  EXPECT_EQ(session->fact("bytes"),
+            "a" + bad + bad + " " + bad + bad + " " + bad + " " + bad + bad + "z");
+  EXPECT_EQ(session->extra_columns().back(), "t_" + bad);
+}
+
 TEST(SessionFormat, EveryChannelHasItsOwnLabelAndSaysWhatItIs) {
   for (const SessionStream& stream : session_streams()) {
     std::set<std::string_view> labels;
