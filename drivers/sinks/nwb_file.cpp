@@ -27,11 +27,7 @@ constexpr std::size_t kSpikesAtOnce = 4'000'000;  ///< in memory
 void write_intervals(Hdf5File& file, const char* name, const char* description,
                      std::vector<Interval> intervals, const char* label, const char* subject) {
   if (intervals.empty()) return;
-  // nwbinspector's check_time_intervals and check_table_time_columns: in order, none before 0.
-  for (Interval& each : intervals) {
-    each.start_s = std::max(each.start_s, 0.0);
-    each.stop_s = std::max(each.stop_s, each.start_s);
-  }
+  // nwbinspector's check_time_intervals and check_table_time_columns: in order.
   std::stable_sort(intervals.begin(), intervals.end(),
                    [](const Interval& a, const Interval& b) { return a.start_s < b.start_s; });
   std::vector<std::string> columns = {"start_time", "stop_time", label};

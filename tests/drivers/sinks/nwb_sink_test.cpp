@@ -171,6 +171,35 @@ TEST(NwbSink, HoldsTheSamplesOfItsTicksAndThePulsesOfSyncLines) {
   EXPECT_EQ(file.numbers("/intervals/sync/stop_time"), Numbers{0.005});
 }
 
+/// Of a trace with its zero at a stimulus, or of a rig that began before that of the first session.
+TEST(NwbSink, IntervalsBeforeTimeZeroKeepTheirTimes) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.nwb");
+  SinkSetup setup = setup_with({});
+  setup.run.probes = {{.uri = "p", .name = "p", .channels = ProbeSample::kDepth}};
+  {
+    const auto sink = open_sink("nwb:" + path, setup);
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    std::vector<DeliveredSample> samples;
+    for (const int ms : {-4000, -3000, -1000, 500}) {
+      samples.push_back({.sample = {.time = milliseconds{ms},
+                                    .depth_mm = ms == -3000 ? 1.0 : 0.0,
+                                    .channels = ProbeSample::kDepth}});
+    }
+    const std::vector<SyncEdge> edges = {{.time = milliseconds{-2000}, .line = 1, .level = 1},
+                                         {.time = milliseconds{250}, .line = 1, .level = 0}};
+    ASSERT_TRUE((*sink)->write({.samples = samples, .edges = edges}));
+    ASSERT_TRUE((*sink)->close());
+  }
+  const Hdf5Reader file(path);
+  for (const std::string table : {"/intervals/contacts", "/intervals/trials"}) {
+    EXPECT_EQ(file.numbers(table + "/start_time"), Numbers{-3.0});
+    EXPECT_EQ(file.numbers(table + "/stop_time"), Numbers{-1.0});
+  }
+  EXPECT_EQ(file.numbers("/intervals/sync/start_time"), Numbers{-2.0});
+  EXPECT_EQ(file.numbers("/intervals/sync/stop_time"), Numbers{0.25});
+}
+
 /// Writes the commands to a new file and does not close it, as a kill.
 void kill_while_writing(const std::string& path) {
   SinkSetup setup = setup_with({"E1", "E2"});
