@@ -158,18 +158,21 @@ class PulseIntervals {
 /// Reads the whole journal and writes the samples and the stimulation commands.
 void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
   const NwbContent& content = source.content;
+  nwb::SeriesPaths paths("/stimulus/presentation");
+  // The electrodes first: their names are known, those of columns are not.
+  const auto series_of = [&](nwb::ElectrodeSeries::Of of) {
+    std::vector<std::unique_ptr<nwb::ElectrodeSeries>> all;
+    for (const NwbContent::Electrode& each : content.electrodes) {
+      all.push_back(std::make_unique<nwb::ElectrodeSeries>(file, paths, each, of));
+    }
+    return all;
+  };
+  const auto electrodes = series_of(nwb::ElectrodeSeries::Of::kCommanded);
+  const auto sent = series_of(nwb::ElectrodeSeries::Of::kSent);
   std::vector<std::unique_ptr<nwb::ProbeSeries>> probes;
   for (const NwbContent::Probe& probe : content.probes) {
-    probes.push_back(
-        std::make_unique<nwb::ProbeSeries>(file, probe, probes.size(), content.probes.size() == 1));
-  }
-  using Electrodes = std::vector<std::unique_ptr<nwb::ElectrodeSeries>>;
-  Electrodes electrodes;
-  Electrodes sent;
-  for (const NwbContent::Electrode& electrode : content.electrodes) {
-    using Of = nwb::ElectrodeSeries::Of;
-    electrodes.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode, Of::kCommanded));
-    sent.push_back(std::make_unique<nwb::ElectrodeSeries>(file, electrode, Of::kSent));
+    probes.push_back(std::make_unique<nwb::ProbeSeries>(file, paths, probe, probes.size(),
+                                                        content.probes.size() == 1));
   }
   found.spikes_of.assign(content.afferents.size(), 0);
   const auto time_s = [&](const auto& record) { return source.time.s(time_of(record)); };

@@ -1,5 +1,6 @@
 #include "drivers/sinks/nwb_objects.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -7,6 +8,8 @@
 #include <random>
 #include <string_view>
 #include <utility>
+
+#include "drivers/printable_text.hpp"
 
 namespace merkel::nwb {
 namespace {
@@ -85,6 +88,16 @@ void Table::texts(const std::string& name, const std::vector<std::string>& value
 void Table::describe(const std::string& name, const char* type, const std::string& description) {
   make_typed(file_, path_ + "/" + name, kCommon, type);
   file_.attribute(path_ + "/" + name, "description", description);
+}
+
+std::string SeriesPaths::take(std::string name) {
+  name = utf8_text(name);
+  std::replace(name.begin(), name.end(), '/', '_');
+  std::string free = name;
+  for (int number = 2; !taken_.insert(free).second; ++number) {
+    free = name + "_" + std::to_string(number);
+  }
+  return folder_ + "/" + free;
 }
 
 TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description)

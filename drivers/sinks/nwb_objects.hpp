@@ -3,7 +3,9 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/files/hdf5_file.hpp"
@@ -47,6 +49,19 @@ class Table {
   std::string path_;
   Column ids_;
   std::uint64_t rows_ = 0;
+};
+
+/// The paths of the time series in one folder.
+class SeriesPaths {
+ public:
+  explicit SeriesPaths(std::string folder) : folder_(std::move(folder)) {}
+  /// A path that no other series has: with the name, whose slashes become "_", and if it is taken
+  /// with "_2", "_3", … behind it.
+  [[nodiscard]] std::string take(std::string name);
+
+ private:
+  std::string folder_;
+  std::set<std::string> taken_{"", "."};  ///< to HDF5, both are the folder
 };
 
 /// A TimeSeries: values, each with its time. Without values it is not in the file: nwbinspector

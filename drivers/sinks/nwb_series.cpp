@@ -9,8 +9,6 @@
 namespace merkel::nwb {
 namespace {
 
-constexpr const char* kFolder = "/stimulus/presentation/";
-
 using Stop = StimulationCommand::Stop;
 
 /// "0 no stop, 1 released, …"
@@ -21,10 +19,6 @@ std::string stop_codes() {
     codes += name_of(static_cast<Stop>(stop));
   }
   return codes;
-}
-
-std::string path_of(const NwbContent::Electrode& electrode, const char* quantity) {
-  return std::string(kFolder) + "electrode_" + electrode.name + "_" + quantity;
 }
 
 TimeSeries::Description current(const NwbContent::Electrode& electrode, const std::string& what) {
@@ -38,13 +32,12 @@ TimeSeries::Description current(const NwbContent::Electrode& electrode, const st
 
 std::string name_of_probe(std::size_t number) { return "probe_" + std::to_string(number); }
 
-ProbeSeries::ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number,
-                         bool only)
+ProbeSeries::ProbeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Probe& probe,
+                         std::size_t number, bool only)
     : known_(probe.channels), number_(number) {
   for (const NwbContent::Channel& channel : probe.channels) {
-    std::string name = channel.name;
-    std::replace(name.begin(), name.end(), '/', '_');
-    const std::string path = kFolder + (only ? name : name_of_probe(number) + "_" + name);
+    const std::string path =
+        paths.take(only ? channel.name : name_of_probe(number) + "_" + channel.name);
     const TimeSeries::Description description{.unit = channel.unit,
                                               .conversion = channel.conversion,
                                               .description = channel.meaning,
@@ -78,14 +71,15 @@ void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
   touched_s_.reset();
 }
 
-ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of)
+ElectrodeSeries::ElectrodeSeries(Hdf5File& file, SeriesPaths& paths,
+                                 const NwbContent::Electrode& electrode, Of of)
     : electrode_(electrode),
       of_(of),
       amplitude_(
-          file, path("amplitude"),
+          file, paths.take(name("amplitude")),
           current(electrode, verb() + " amplitude of one phase, in µA; 0: off; each value holds "
                                       "until the next one")),
-      frequency_(file, path("frequency"),
+      frequency_(file, paths.take(name("frequency")),
                  {.unit = "hertz",
                   .conversion = 1.0F,
                   .description = "electrode " + electrode.name + ": " + verb() +
@@ -93,18 +87,18 @@ ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& el
                                  "holds until the next one",
                   .comments = electrode.description},
                  amplitude_),
-      stops_(file, path("stop"),
+      stops_(file, paths.take(name("stop")),
              {.unit = "n.a.",
               .conversion = 1.0F,
               .description =
                   "electrode " + electrode.name + ": why it was switched off: " + stop_codes(),
               .comments = electrode.description},
              amplitude_),
-      pulses_(file, path("pulses"),
+      pulses_(file, paths.take(name("pulses")),
               current(electrode, "amplitude of one phase of each single pulse, in µA")) {
   if (of_ != Of::kSent) return;
   sent_ = std::make_unique<TimeSeries>(
-      file, path("monotonic"),
+      file, paths.take(name("monotonic")),
       TimeSeries::Description{.unit = "seconds",
                               .conversion = 1.0F,
                               .description = "electrode " + electrode.name +
@@ -116,8 +110,8 @@ ElectrodeSeries::ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& el
 
 std::string ElectrodeSeries::verb() const { return of_ == Of::kSent ? "sent" : "commanded"; }
 
-std::string ElectrodeSeries::path(const char* quantity) const {
-  return path_of(electrode_, ((of_ == Of::kSent ? "sent_" : "") + std::string(quantity)).c_str());
+std::string ElectrodeSeries::name(const char* quantity) const {
+  return "electrode_" + electrode_.name + (of_ == Of::kSent ? "_sent_" : "_") + quantity;
 }
 
 void ElectrodeSeries::add(double time_s, const StimulationCommand& command,

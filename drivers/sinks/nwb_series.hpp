@@ -29,7 +29,8 @@ struct Interval {
 class ProbeSeries {
  public:
   /// \param only  the run has one probe, so the names of its series need no number
-  ProbeSeries(Hdf5File& file, const NwbContent::Probe& probe, std::size_t number, bool only);
+  ProbeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Probe& probe,
+              std::size_t number, bool only);
 
   /// Appends a sample. A contact that ends there is added to `contacts`.
   void add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts);
@@ -50,14 +51,15 @@ class ProbeSeries {
 class ElectrodeSeries {
  public:
   enum class Of : std::uint8_t { kCommanded, kSent };
-  ElectrodeSeries(Hdf5File& file, const NwbContent::Electrode& electrode, Of of);
+  ElectrodeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Electrode& electrode,
+                  Of of);
 
   /// \param sent  SentCommand::sent
   void add(double time_s, const StimulationCommand& command, std::chrono::nanoseconds sent);
 
  private:
   [[nodiscard]] std::string verb() const;
-  [[nodiscard]] std::string path(const char* quantity) const;
+  [[nodiscard]] std::string name(const char* quantity) const;
 
   NwbContent::Electrode electrode_;
   Of of_;

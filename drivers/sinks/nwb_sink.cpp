@@ -58,7 +58,8 @@ NwbContent::Probe describe(const ProbeInfo& info) {
   for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
     probe.channels.push_back({.name = info.extra_columns[i],
                               .unit = "unknown",
-                              .meaning = "a column of the recording, not used by the model",
+                              .meaning = "the column \"" + info.extra_columns[i] +
+                                         "\" of the recording, not used by the model",
                               .extra = i});
   }
   return probe;

@@ -171,6 +171,45 @@ TEST(NwbSink, HoldsTheSamplesOfItsTicksAndThePulsesOfSyncLines) {
   EXPECT_EQ(file.numbers("/intervals/sync/stop_time"), Numbers{0.005});
 }
 
+TEST(NwbSink, EachSeriesHasAPathWhateverColumnsAndElectrodesAreCalled) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.nwb");
+  SinkSetup setup = setup_with({"E1", "E1_sent"});
+  const std::vector<std::string> columns = {
+      "depth", "a/b", "a_b", ".", "", "t_\xB0", "electrode_E1_stop"};
+  setup.run.probes = {
+      {.uri = "p", .name = "p", .channels = ProbeSample::kDepth, .extra_columns = columns}};
+  {
+    const auto sink = open_sink("nwb:" + path, setup);
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    const std::vector<DeliveredSample> samples = {
+        {.sample = {.time = milliseconds{10}, .depth_mm = 0.5, .channels = ProbeSample::kDepth},
+         .further = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0}}};
+    const std::vector<StimulationCommand> commands = {
+        {.time = milliseconds{10}, .amplitude_uA = 20.0, .electrode = 1}};
+    const std::vector<SentCommand> sent = {
+        {.command = {.time = milliseconds{10}, .amplitude_uA = 30.0}}};
+    ASSERT_TRUE((*sink)->write({.samples = samples, .commands = commands, .sent = sent}));
+    const auto closed = (*sink)->close();
+    ASSERT_TRUE(closed) << closed.error().sentence;
+  }
+  const Hdf5Reader file(path);
+  const std::string series = "/stimulus/presentation/";
+  EXPECT_EQ(file.numbers(series + "depth/data"), Numbers{0.5});
+  EXPECT_EQ(file.numbers(series + "depth_2/data"), Numbers{1.0});
+  EXPECT_EQ(file.text(series + "depth_2", "description"),
+            "the column \"depth\" of the recording, not used by the model");
+  EXPECT_EQ(file.numbers(series + "a_b/data"), Numbers{2.0});
+  EXPECT_EQ(file.numbers(series + "a_b_2/data"), Numbers{3.0});
+  EXPECT_EQ(file.numbers(series + "._2/data"), Numbers{4.0});
+  EXPECT_EQ(file.numbers(series + "_2/data"), Numbers{5.0});
+  EXPECT_EQ(file.text(series + "t_\xEF\xBF\xBD", "description"),
+            "the column \"t_\xEF\xBF\xBD\" of the recording, not used by the model");
+  EXPECT_EQ(file.numbers(series + "electrode_E1_stop_2/data"), Numbers{7.0});
+  EXPECT_EQ(file.numbers(series + "electrode_E1_sent_amplitude/data"), Numbers{20.0});
+  EXPECT_EQ(file.numbers(series + "electrode_E1_sent_amplitude_2/data"), Numbers{30.0});
+}
+
 /// Of a trace with its zero at a stimulus, or of a rig that began before that of the first session.
 TEST(NwbSink, IntervalsBeforeTimeZeroKeepTheirTimes) {
   const TemporaryFolder folder;
