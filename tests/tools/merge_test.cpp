@@ -122,6 +122,7 @@ double largest_error_ms(MergedSessions& merged) {
       EXPECT_GE(spike.time, last);
       last = spike.time;
       (spike.neuron <= 20 ? first : other).push_back(spike.time);
+      EXPECT_EQ(spike.patch, spike.neuron <= 20 ? 0 : 1);
     }
     samples += batch.samples.size();
     for (const TaxelBlock& block : batch.taxels) {
@@ -401,12 +402,13 @@ TEST(Align, TheEdgesOfARecordingGoIntoTheSessionOfARunWithIt) {
 
 /// Records a session with one electrode: ten commands, of which every other one left.
 /// \param live  the session holds what left
-std::string record_commands(const std::string& path, bool live) {
+std::string record_commands(const std::string& path, bool live,
+                            const std::string& phase_us = "200") {
   auto scene = parse_scene(
-      "[[electrode]]\nname = \"" + std::string(live ? "live" : "fast") +
-          "\"\nfield_mm = [15, 10, 4]\nencoder = \"rate\"\n"
-          "full_rate_Hz = 50\namplitude_uA = [20, 80]\nfrequency_Hz = [0, 200]\n[stimulation]\n"
-          "update_ms = 10\nphase_us = 200\nmax_charge_nC = 16\nmax_total_uA = 250\nwatchdog_ms = 100\n",
+      "[[electrode]]\nname = \"E\"\nfield_mm = [15, 10, 4]\nencoder = \"rate\"\n"
+      "full_rate_Hz = 50\namplitude_uA = [20, 80]\nfrequency_Hz = [0, 200]\n[stimulation]\n"
+      "update_ms = 10\nphase_us = " +
+          phase_us + "\nmax_charge_nC = 16\nmax_total_uA = 250\nwatchdog_ms = 100\n",
       "scene.toml");
   EXPECT_TRUE(scene) << scene.error().sentence;
   const TactileModel model = *TactileModel::create(scene->model);
@@ -450,6 +452,25 @@ TEST(Merge, ReceiversGetTheCommandsOfASessionWithoutSentOnesBesideOneWithThem) {
     EXPECT_EQ(rows_of("live"), 5) << rows;
     EXPECT_EQ(rows_of("fast"), 10) << rows;
   }
+}
+
+/// As two rigs with the same scene have them, or with other limits.
+TEST(Merge, ElectrodesOfOneNameStayApartWithTheLimitsOfTheirOwnRig) {
+  const TemporaryFolder folder;
+  const auto merged = MergedSessions::open({record_commands(folder.path("left.xdf"), true, "200"),
+                                            record_commands(folder.path("right.xdf"), true, "100")},
+                                           {.mark = "sync"});
+  ASSERT_TRUE(merged) << merged.error().sentence;
+  const EncodingParameters& encoding = (*merged)->run().encoding;
+  ASSERT_EQ(encoding.electrodes.size(), 2);
+  EXPECT_EQ(encoding.electrodes[0].name, "left.E");
+  EXPECT_EQ(encoding.electrodes[1].name, "right.E");
+  EXPECT_EQ(encoding.electrodes[0].patch, 0);
+  EXPECT_EQ(encoding.electrodes[1].patch, 1);
+  EXPECT_EQ(ElectrodeLimits::of(encoding.electrodes[0], encoding.stimulation).phase,
+            std::chrono::microseconds{200});
+  EXPECT_EQ(ElectrodeLimits::of(encoding.electrodes[1], encoding.stimulation).phase,
+            std::chrono::microseconds{100});
 }
 
 TEST(Merge, PulsesOfASyncLineGiveOffsetAndRate) {

@@ -97,7 +97,7 @@ void add_merge_command(CommandLine& program) {
       .subcommand("merge",
                   "Puts sessions of several rigs on one clock, that of the first, and writes them "
                   "to any of the file sinks. Afferents are numbered through all sessions; the "
-                  "names of their patches begin with the name of their session.",
+                  "names of patches and electrodes begin with the name of their session.",
                   "merge left.xdf right.xdf --sink nwb:both.nwb")
       .list("sessions", options->sessions,
             "Sessions, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")

@@ -13,6 +13,7 @@
 #include <sys/resource.h>
 
 #include "core/units.hpp"
+#include "drivers/printable_text.hpp"
 #include "tools/run/session_alignment.hpp"
 
 namespace merkel {
@@ -212,8 +213,6 @@ class MergedSessions::Reading {
 void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string rig,
                          const ClockMap& clock) {
   const RunDescription& own = session->run();
-  const auto patches = static_cast<std::uint16_t>(run_.model.patches.size());
-  const auto electrodes = static_cast<std::uint16_t>(run_.encoding.electrodes.size());
   if (sessions_.empty()) {
     run_.model = own.model;
     run_.model.patches.clear();
@@ -221,6 +220,8 @@ void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string r
     run_.encoding = own.encoding;
     run_.encoding.electrodes.clear();
   }
+  const auto patches = static_cast<std::uint16_t>(run_.model.patches.size());
+  const auto electrodes = static_cast<std::uint16_t>(run_.encoding.electrodes.size());
   for (PatchParameters patch : own.model.patches) {
     patch.name = rig + (patch.name.empty() ? "" : "." + patch.name);
     run_.model.patches.push_back(std::move(patch));
@@ -232,6 +233,12 @@ void MergedSessions::add(std::unique_ptr<RecordedSession> session, std::string r
   for (Electrode electrode : own.encoding.electrodes) {
     electrode.patch += patches;
     electrode.group.reset();  // its settings hold those of the group
+    electrode.name = printable_column(rig + "." + electrode.name);
+    const ElectrodeLimits limits = ElectrodeLimits::of(electrode, own.encoding.stimulation);
+    electrode.phase = limits.phase;
+    electrode.max_charge_nC = limits.max_charge_nC;
+    electrode.max_amplitude_uA = limits.max_amplitude_uA;
+    electrode.max_slope_uA_per_s = limits.max_slope_uA_per_s;
     run_.encoding.electrodes.push_back(std::move(electrode));
   }
   run_.probes.insert(run_.probes.end(), own.probes.begin(), own.probes.end());
