@@ -265,7 +265,12 @@ Expected<void, std::string> write_hdf5_file(const std::string& path, bool overwr
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are printed here
   std::string reason;
   const auto refused = [&](int error_number) {
-    if (reason.empty()) reason = error_number != 0 ? std::strerror(error_number) : "HDF5 refused";
+    if (reason.empty()) {
+      reason = error_number == EEXIST   ? "it was created during the run and is not replaced"
+               : error_number == ENOSPC ? "No space left on device; free some space"
+               : error_number != 0      ? std::strerror(error_number)
+                                        : "HDF5 refused";
+    }
     return Unexpected<std::string>("cannot write " + path + ": " + reason);
   };
   std::string unfinished = path + ".part.h5";

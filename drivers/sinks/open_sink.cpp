@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <iterator>
+#include <map>
+#include <system_error>
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -101,6 +104,37 @@ void recover_runs(const Scheme& scheme, const Uri& uri, const SinkSetup& setup) 
   }
 }
 
+bool writes_file(const Uri& uri) {
+  return std::any_of(std::begin(kSchemes), std::end(kSchemes), [&](const Scheme& scheme) {
+    return scheme.file && scheme.name == uri.scheme;
+  });
+}
+
+/// The file that a sink writes, by whatever path of its folder; empty for a pipe or device.
+std::filesystem::path file_of(const std::string& text) {
+  const auto uri = Uri::parse(text);
+  if (!uri || !writes_file(*uri)) return {};
+  if (uri->path == "-") return uri->path;
+  if (is_special_output(uri->path)) return {};
+  std::error_code ignored;
+  const auto path = std::filesystem::absolute(uri->path, ignored);
+  return std::filesystem::weakly_canonical(path.parent_path(), ignored) / path.filename();
+}
+
+/// Fails if two sinks write one file: with --overwrite the last one would replace the others.
+Expected<void, SetupError> check_apart(std::span<const std::string> uris) {
+  std::map<std::filesystem::path, std::string> sinks;
+  for (const std::string& uri : uris) {
+    const auto file = file_of(uri);
+    if (file.empty()) continue;
+    if (const auto [other, added] = sinks.emplace(file, uri); !added) {
+      return bad_input("the sinks \"" + other->second + "\" and \"" + uri +
+                       "\" write the same file: give one of them another name");
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::string sink_schemes() {
@@ -120,10 +154,7 @@ std::string sink_options_help() {
 
 bool writes_standard_output(std::string_view sink) {
   const auto uri = Uri::parse(sink);
-  const bool file =
-      uri && std::any_of(std::begin(kSchemes), std::end(kSchemes), [&](const Scheme& scheme) {
-        return scheme.file && scheme.name == uri->scheme;
-      });
+  const bool file = uri && writes_file(*uri);
   if (!file || uri->path == "-") return file;
   struct stat named {};
   struct stat output {};
@@ -143,7 +174,9 @@ Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view text,
     }
     if (scheme.file) {
       recover_runs(scheme, *uri, setup);
-      uri->path = dated_name(uri->path, std::chrono::system_clock::now());
+      const auto now = std::chrono::system_clock::now();
+      uri->path = dated_name(uri->path, now);
+      uri->text = dated_name(uri->text, now);
     }
     return scheme.open(*uri, setup);
   }
@@ -151,8 +184,21 @@ Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view text,
                    "\"; the known ones are " + sink_schemes());
 }
 
+Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_separate_sinks(
+    std::span<const std::string> uris, const SinkSetup& setup) {
+  if (auto apart = check_apart(uris); !apart) return Unexpected<SetupError>(apart.error());
+  std::vector<std::unique_ptr<Sink>> sinks;
+  for (const std::string& uri : uris) {
+    auto sink = open_sink(uri, setup);
+    if (!sink) return Unexpected<SetupError>(sink.error());
+    sinks.push_back(std::move(*sink));
+  }
+  return sinks;
+}
+
 Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_sinks(
     std::span<const std::string> uris, SinkSetup setup) {
+  if (auto apart = check_apart(uris); !apart) return Unexpected<SetupError>(apart.error());
   const auto session = std::find_if(uris.begin(), uris.end(), [](const std::string& text) {
     const auto uri = Uri::parse(text);
     return uri && uri->scheme == "xdf" && !is_special_output(uri->path);

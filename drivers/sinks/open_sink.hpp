@@ -18,10 +18,15 @@ namespace merkel {
 [[nodiscard]] Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri,
                                                                     const SinkSetup& setup);
 
-/// Opens the sinks of one run, in order. If it records a session, the files whose format needs the
-/// whole run are made from that session, after it is closed. Thread: each sink its own.
+/// Opens the sinks of one run, in order. Fails if two of them write one file. If it records a
+/// session, the files whose format needs the whole run are made from that session, after it is
+/// closed. Thread: each sink its own.
 [[nodiscard]] Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_sinks(
     std::span<const std::string> uris, SinkSetup setup);
+
+/// Opens sinks that are closed one after the other: none is made from the session of another.
+[[nodiscard]] Expected<std::vector<std::unique_ptr<Sink>>, SetupError> open_separate_sinks(
+    std::span<const std::string> uris, const SinkSetup& setup);
 
 /// A sink of a run without a description. \param neurons  number of the model's neurons
 [[nodiscard]] Expected<std::unique_ptr<Sink>, SetupError> open_sink(std::string_view uri,

@@ -283,6 +283,8 @@ TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
   };
   const ProgramRun run = align_to(session, pulses, "xdf:" + copy);
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_EQ(align_to(session, pulses, "xdf:" + folder.path("dated-%t.xdf")).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder.path("dated-%t.xdf")));
   EXPECT_EQ(read_file(session), before);
   const auto parts = [](const std::string& path, const std::string& stream) {
     return run_program({"inspect", "session", path, "--stream", stream}).out;

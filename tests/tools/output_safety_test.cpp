@@ -137,6 +137,32 @@ TEST(OutputSafety, AFolderOfPhyHasOneWriter) {
   EXPECT_TRUE(std::filesystem::exists(folder.path("p/spike_times.npy")));
 }
 
+/// Two files of one journal are made at the end: with --overwrite, the second replaced the first.
+TEST(OutputSafety, TwoSinksDoNotWriteOneFile) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"run", "--fast", "--sink", "xdf:" + session}).exit_code, 0);
+  const std::string nwb = "nwb:" + folder.path("a");
+  const std::vector<std::vector<std::string>> commands = {
+      {"run", "--fast", "--sink", "xdf:" + folder.path("r.xdf")},
+      {"export", session},
+      {"replay", session},
+      {"replay", session, "--realtime"}};
+  for (const auto& command : commands) {
+    for (const std::string& other : {"csv:" + folder.path("a"), "sonata:" + folder.path("./a")}) {
+      std::vector<std::string> arguments = command;
+      arguments.insert(arguments.end(), {"--sink", nwb, "--sink", other, "--overwrite"});
+      const ProgramRun run = run_program(arguments);
+      EXPECT_EQ(run.exit_code, 2) << run.err;
+      EXPECT_TRUE(has(run.err, "write the same file")) << run.err;
+      EXPECT_FALSE(std::filesystem::exists(folder.path("a")));
+    }
+  }
+  const ProgramRun devices =
+      run_program({"run", "--fast", "--sink", "csv:/dev/null", "--sink", "gdf:/dev/null"});
+  EXPECT_EQ(devices.exit_code, 0) << devices.err;
+}
+
 TEST(OutputSafety, DatedNamesNeverCollideAndAKilledRunIsFinishedByTheNext) {
   const TemporaryFolder folder;
   const std::string sink = "xdf:" + folder.path("session-%t.xdf");

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/temporary_folder.hpp"
 #include "tests/tools/program.hpp"
@@ -53,6 +54,14 @@ TEST(Record, StopsAfterTheDuration) {
   const std::string trace = read_file(folder.path("a.csv"));
   EXPECT_EQ(std::count(trace.begin(), trace.end(), '\n'),
             3 + 101);  // command, columns, validity, samples
+}
+
+TEST(Record, NamesTheFileThatItWrote) {
+  const TemporaryFolder folder;
+  const ProgramRun record = run_program({"record", "sim:ramp", folder.path("a-%t.csv"), "--json"});
+  ASSERT_EQ(record.exit_code, 0) << record.err;
+  const std::string file = nlohmann::json::parse(record.out)["file"];
+  EXPECT_TRUE(std::filesystem::exists(file)) << file;
 }
 
 }  // namespace

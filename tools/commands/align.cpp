@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/sessions/session_copy.hpp"
 #include "drivers/sinks/open_sink.hpp"
@@ -116,7 +118,8 @@ Expected<void, SetupError> record_alignment(const AlignOptions& options, const s
   const auto uri = Uri::parse(sink);
   if (!uri) return Unexpected<SetupError>(uri.error());
   if (auto done = UriOptions(*uri).finish(); !done) return done;
-  auto copy = OutputFile::create(uri->path, options.overwrite, warn);
+  auto copy = OutputFile::create(dated_name(uri->path, std::chrono::system_clock::now()),
+                                 options.overwrite, warn);
   if (!copy) return Unexpected<SetupError>(copy.error());
   return copy_session(options.session, std::move(*copy), kAlignmentFact,
                       aligned.dump(-1, ' ', false, Json::error_handler_t::replace),

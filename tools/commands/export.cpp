@@ -52,12 +52,9 @@ int export_run(const std::shared_ptr<RunJournal>& run, const RunOrigin& origin,
                std::span<const std::string> uris, SinkSetup setup, std::uint64_t& spikes) {
   setup.notice = setup.progress = warn;
   setup.journal = run;
-  std::vector<std::unique_ptr<Sink>> sinks;
-  for (const std::string& uri : uris) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return refuse(sink.error());
-    sinks.push_back(std::move(*sink));
-  }
+  const auto opened = open_separate_sinks(uris, setup);
+  if (!opened) return refuse(opened.error());
+  const auto& sinks = *opened;
   if (const auto written = write_run(*run, origin, sinks, spikes); !written) {
     return written.error().kind == SetupError::Kind::kBadInput ? refuse(written.error())
                                                                : fail(written.error().sentence);

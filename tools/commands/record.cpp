@@ -11,6 +11,7 @@
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sinks/open_sink.hpp"
+#include "drivers/uri.hpp"
 #include "realtime/input/frame_tap.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/filled_text.hpp"
@@ -107,6 +108,8 @@ class Recording {
     if (error_.empty()) keep(sink_->close());
     return error_;
   }
+  /// The file that is written: with the time for %t.
+  [[nodiscard]] std::string file() const { return Uri::parse(sink_->uri())->path; }
   /// Frames of device bytes that were dropped because nothing was written for too long.
   [[nodiscard]] std::uint64_t lost_frames() const {
     std::uint64_t lost = 0;
@@ -217,12 +220,12 @@ int record(const RecordOptions& options) {
   const auto counts = (*probe)->device_counts();
   if (options.json) {
     const Json summary = {
-        {"file", options.file}, {"samples", written}, {"device", device_json(counts)}};
+        {"file", recording->file()}, {"samples", written}, {"device", device_json(counts)}};
     std::fputs(json_text(summary).c_str(), stdout);
   } else {
     if (counts) std::fputs(filled_text("device", device_json(counts)).c_str(), stderr);
     std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
-                 options.file.c_str());
+                 recording->file().c_str());
   }
   if (broken) {
     const std::string message = (*probe)->error_message();

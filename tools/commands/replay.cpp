@@ -107,17 +107,15 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
                   shortest_decimal(position->length_s) + " s");
   }
   setup.session = position;
-  std::vector<std::unique_ptr<Sink>> sinks;
+  const auto opened = open_separate_sinks(options.sinks, setup);
+  if (!opened) return refuse(opened.error());
+  const auto& sinks = *opened;
   bool page = false;
-  for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return refuse(sink.error());
-    const std::string address = (*sink)->address();
-    if (!address.empty()) {
-      page = true;
-      std::fprintf(stderr, "live page: %s\n", address.c_str());
-    }
-    sinks.push_back(std::move(*sink));
+  for (const auto& sink : sinks) {
+    const std::string address = sink->address();
+    if (address.empty()) continue;
+    page = true;
+    std::fprintf(stderr, "live page: %s\n", address.c_str());
   }
   for (const auto& sink : sinks) {
     if (auto started = sink->begin(origin); !started) return fail(started.error().sentence);
@@ -207,12 +205,9 @@ int replay(const ReplayOptions& options) {
   const auto origin = session_origin(*session);
   if (!origin) return refuse(origin.error());
   if (options.realtime) return play(options, *scene, numbering, setup, *origin);
-  std::vector<std::unique_ptr<Sink>> sinks;
-  for (const std::string& uri : options.sinks) {
-    auto sink = open_sink(uri, setup);
-    if (!sink) return refuse(sink.error());
-    sinks.push_back(std::move(*sink));
-  }
+  const auto opened = open_separate_sinks(options.sinks, setup);
+  if (!opened) return refuse(opened.error());
+  const auto& sinks = *opened;
   std::string error_message;
   const auto keep = [&](const Expected<void, SinkError>& result) {
     if (!result && error_message.empty()) error_message = result.error().sentence;

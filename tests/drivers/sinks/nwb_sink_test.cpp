@@ -285,6 +285,10 @@ TEST(NwbSink, ARunWhoseFileCannotBeMadeKeepsItsSession) {
   EXPECT_NE(closed.error().sentence.find("merkel export " + path + ".journal.xdf --sink 'nwb:"),
             std::string::npos)
       << closed.error().sentence;
+  EXPECT_NE(closed.error().sentence.find("created during the run and is not replaced"),
+            std::string::npos)
+      << closed.error().sentence;
+  EXPECT_EQ(closed.error().sentence.find("space"), std::string::npos) << closed.error().sentence;
   SinkSetup setup = setup_with({"E1", "E2"});
   setup.overwrite = true;
   setup.journal = std::make_shared<SessionJournal>(path + ".journal.xdf");
