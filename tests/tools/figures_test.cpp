@@ -74,5 +74,14 @@ TEST(Plots, AreTitledByNamesWithoutFolderAndExtension) {
   }
 }
 
+TEST(Plots, DrawThePressOfASessionWithoutASimulation) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"record", "sim:ramp?force_N=0.5", session}).exit_code, 0);
+  const auto run = run_program({"plot", session, "--out", folder.path("p.svg")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(read_file(folder.path("p.svg")).find("<!-- force (N) -->"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace merkel

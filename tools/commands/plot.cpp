@@ -44,6 +44,10 @@ class PressTable {
     std::vector<std::size_t> seen(counts_.size());
     std::erase_if(rows_, [&](const Row& row) { return seen[row.probe]++ % 2 != 0; });
   }
+  void add(double time_s, std::size_t probe, const ProbeSample& sample) {
+    add(time_s, probe, {sample.depth_mm, sample.force_mN, sample.x_mm, sample.y_mm});
+  }
+  [[nodiscard]] bool empty() const noexcept { return rows_.empty(); }
   void write(const std::string& path) const {
     auto file = fmt::output_file(path);
     file.print("time_s,probe,depth_mm,force_N,x_mm,y_mm\n");
@@ -86,6 +90,7 @@ Expected<void, SetupError> tables_of_session(const std::string& path, const Scra
     return units::s_from(time - origin);
   };
   PressTable press;
+  PressTable samples;  // drawn of a session without ticks
   auto spikes = fmt::output_file(folder.file("spikes.csv"));
   auto commands = fmt::output_file(folder.file("commands.csv"));
   spikes.print("time_s,neuron\n");
@@ -93,6 +98,9 @@ Expected<void, SetupError> tables_of_session(const std::string& path, const Scra
   const auto read = (*session)->read([&](const RecordBatch& batch) {
     for (const TickRecord& tick : batch.ticks) {
       press.add(seconds(tick.time), tick.probe, tick.contact);
+    }
+    for (const DeliveredSample& each : batch.samples) {
+      samples.add(seconds(each.sample.time), each.probe, each.sample);
     }
     for (const SpikeEvent& spike : batch.spikes) {
       spikes.print("{},{}\n", seconds(spike.time), spike.neuron);
@@ -104,7 +112,7 @@ Expected<void, SetupError> tables_of_session(const std::string& path, const Scra
     return true;
   });
   if (!read) return bad_input(read.error());
-  press.write(folder.file("press.csv"));
+  (press.empty() ? samples : press).write(folder.file("press.csv"));
   if ((*session)->scene()) write_afferents(*(*session)->scene(), folder.file("afferents.csv"));
   return {};
 }
@@ -120,8 +128,7 @@ Expected<void, SetupError> table_of_trace(const std::string& path, const Scratch
     if (!read) return bad_input((*probe)->error_message());
     for (std::size_t i = 0; i < *read; ++i) {
       if (const auto sample = readings.sample(i)) {
-        press.add(units::s_from(sample->time), 0,
-                  {sample->depth_mm, sample->force_mN, sample->x_mm, sample->y_mm});
+        press.add(units::s_from(sample->time), 0, *sample);
       }
     }
   }
