@@ -92,7 +92,7 @@ NwbContent content_of(const SinkSetup& setup, NwbContent content) {
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "scene_text") {
       content.scene_text = value;
-    } else {
+    } else if (name != "start_device_ns" && name != "start_utc_ns") {  // TimeBase::facts() has them
       content.notes += name + " = " + value + "\n";
     }
   }

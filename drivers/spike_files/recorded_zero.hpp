@@ -13,12 +13,13 @@
 
 namespace merkel {
 
-/// The value of a line NAME = VALUE of a text.
+/// The value of the last line NAME = VALUE of a text: what a file says of itself follows the facts
+/// of its session.
 [[nodiscard]] inline std::optional<std::string> noted_value(const std::string& text,
                                                             const std::string& name) {
   const std::string lines = "\n" + text;
   const std::string wanted = "\n" + name + " = ";
-  const auto place = lines.find(wanted);
+  const auto place = lines.rfind(wanted);
   if (place == std::string::npos) return std::nullopt;
   const auto begin = place + wanted.size();
   return lines.substr(begin, lines.find('\n', begin) - begin);

@@ -357,6 +357,21 @@ TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
   EXPECT_EQ(parts(folder.path("c.xdf"), "spikes"), parts(cut, "spikes"));
 }
 
+TEST(Align, TheSpikesOfAnNwbFileAreComparedFromTheStartOfTheirRun) {
+  const TemporaryFolder folder;
+  const RigClock recorder{.offset_s = 37.5, .rate_ppm = 0.0};
+  const auto session = record(folder.path("a.xdf"), {}, {}, {}, {}, seen_pulses({}, kLength_s, 1));
+  const auto pulses = folder.file("pulses.csv", csv_of(seen_pulses(recorder, kLength_s, 2)));
+  const std::string nwb = folder.path("a.nwb");
+  for (const char* const zero : {"session", "device", "unix"}) {
+    const ProgramRun align = run_program({"align", session, "--to", pulses, "--time-zero", zero,
+                                          "--sink", "nwb:" + nwb, "--overwrite"});
+    ASSERT_EQ(align.exit_code, 0) << align.err;
+    const ProgramRun compare = run_program({"compare", nwb, session, "--within-us", "2000"});
+    EXPECT_EQ(compare.exit_code, 0) << zero << ": " << compare.out;
+  }
+}
+
 TEST(Align, PulsesOfAnotherRecordingAreRefused) {
   const TemporaryFolder folder;
   const auto session =
