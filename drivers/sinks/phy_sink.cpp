@@ -155,11 +155,14 @@ OpenedSink open_phy_sink(const Uri& uri, const SinkSetup& setup) {
                    .time = TimeBase::read(options, setup),
                    .afferents = afferents_of(setup)};
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+  while (folder.path.size() > 1 && folder.path.ends_with('/')) folder.path.pop_back();
   if (uri.path.empty()) {
     return bad_input("\"" + uri.text + "\": give the folder to write: phy:DIR");
   }
+  Uri own = uri;  // the journal is beside the folder
+  own.path = folder.path;
   return ExportSink::open(
-      uri, setup, [folder = std::move(folder)](RunJournal& journal, const auto& origin) mutable {
+      own, setup, [folder = std::move(folder)](RunJournal& journal, const auto& origin) mutable {
         folder.time.set(origin);
         return write_phy(folder, journal);
       });

@@ -13,8 +13,10 @@ OpenedSink open_sonata_sink(const Uri& uri, const SinkSetup& setup) {
                         .afferents = afferents_of(setup)};
   TimeBase time = TimeBase::read(options, setup);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  if (content.population.empty() || content.population.find_first_of("/.") != std::string::npos) {
-    return bad_input("\"" + uri.text + "\": the option population must be a name without / and .");
+  if (content.population.empty() ||
+      content.population.find_first_of("/.\" \t") != std::string::npos) {
+    return bad_input("\"" + uri.text +
+                     "\": the option population must be a name without /, ., quotes and blanks");
   }
   if (auto free = check_writable(node_types_name(uri.path), setup.overwrite); !free) {
     return Unexpected<SetupError>(free.error());

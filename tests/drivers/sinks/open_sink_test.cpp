@@ -60,6 +60,8 @@ TEST(OpenSink, AddressesAreRefusedWithHowToWriteThem) {
   EXPECT_TRUE(has(refusal("view:none"), "view:8080"));
   EXPECT_TRUE(has(refusal("view:70000"), "view:8080"));
   EXPECT_TRUE(has(refusal("zmq:tcp://127.0.0.1:5557?hwm=-1"), "option hwm"));
+  // The table of node types is separated by blanks.
+  EXPECT_TRUE(has(refusal("sonata:s.h5?population=left hand"), "without /, ., quotes and blanks"));
 }
 
 TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
@@ -76,6 +78,7 @@ TEST(OpenSink, AFileOrFolderThatExistsNeedsOverwrite) {
     EXPECT_EQ(refusal(scheme + folder.path(name), setup(true)), "") << scheme;
     EXPECT_TRUE(has(refusal(scheme + folder.path("none/a")), "first")) << scheme;
   }
+  EXPECT_EQ(refusal("phy:" + folder.path("new/")), "");
 }
 
 TEST(OpenSink, EveryFileHasItsSpikesDeliveredOnceItIsClosed) {
