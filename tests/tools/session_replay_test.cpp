@@ -1,5 +1,6 @@
 #include "tools/run/session_replay.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <filesystem>
@@ -242,6 +243,29 @@ TEST(Replay, ARunWithSeedForceAndTwoProbesIsReplayedFromItsSessionAlone) {
             0);
   EXPECT_EQ(read_file(folder.path("export.csv")), live);
   EXPECT_EQ(run_program({"replay", folder.path("copy.xdf")}).exit_code, 0);
+}
+
+/// Of a live run, the first sample is not where the first tick begins.
+TEST(Replay, ATraceExportedFromASessionHasTheTicksOfItsRun) {
+  const TemporaryFolder folder;
+  std::string trace = "# time_offset_ns=0\n# start_device_ns=0\ntime_s,depth_mm\n";
+  for (int i = 0; i < 600; ++i) {
+    const double depth_mm = i < 100 ? 0.0 : std::min(1.5, 0.05 * (i - 100));
+    trace += std::to_string(0.00075 + 0.001 * i) + "," + std::to_string(depth_mm) + "\n";
+  }
+  const std::string session = folder.path("s.xdf");
+  const auto spikes_of = [&](const std::string& file) {
+    const auto run =
+        run_program({"run", "--fast", "--probe", "replay:" + file, "--sink",
+                     "csv:" + folder.path("s.csv"), "--sink", "xdf:" + session, "--overwrite"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return read_file(folder.path("s.csv"));
+  };
+  const std::string recorded = spikes_of(folder.file("t.csv", trace));
+  EXPECT_GT(recorded.size(), 200U);
+  const std::string copy = folder.path("copy.csv");
+  ASSERT_EQ(run_program({"export", session, "--sink", "trace:" + copy}).exit_code, 0);
+  EXPECT_EQ(spikes_of(copy), recorded);
 }
 
 TEST(Replay, EverySeedOfTheCommandLineIsInTheSession) {

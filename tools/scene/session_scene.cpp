@@ -132,6 +132,8 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
   fill("probe_serial_number", &ProbeInfo::serial_number);
   fill("probe_calibration_file", &ProbeInfo::calibration_file);
   fill("probe_calibration", &ProbeInfo::calibration);
+  const auto start = session_start(*session);
+  if (!start) return Unexpected<SetupError>(start.error());
   SessionChunk chunk;
   std::size_t missing = probes.size();
   while (missing > 0) {
@@ -141,6 +143,8 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
     for (const DeliveredSample& each : chunk.samples) {
       if (each.probe >= probes.size() || probes[each.probe].channels != 0U) continue;
       probes[each.probe].channels = each.sample.channels;
+      // Else a trace of these samples has the ticks of the run without being told.
+      if (each.sample.time != *start) probes[each.probe].run = RecordedRun{.start = *start};
       --missing;
     }
   }
