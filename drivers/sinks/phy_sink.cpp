@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
@@ -24,6 +25,7 @@ namespace {
 using Written = Expected<void, std::string>;
 
 constexpr std::size_t kFlushEvery = 65536;  ///< spikes
+constexpr const char* kTimes = "spike_times.npy";
 
 std::int64_t sample_of(std::chrono::nanoseconds time, double sample_rate_hz) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(time);
@@ -103,30 +105,28 @@ Written PhyFolder::write_channels() const {
 }
 
 Written PhyFolder::write_spikes(RunJournal& journal) const {
-  return write_arrays(*this,
-                      {{"spike_times.npy", "<i8", 0},
-                       {"spike_clusters.npy", "<i4", 0},
-                       {"spike_templates.npy", "<i4", 0}},
-                      [&](std::vector<NpyFile>& files) {
-                        std::string error;
-                        std::size_t waiting = 0;
-                        Written read = journal.read([&](const RecordBatch& batch) {
-                          for (const SpikeEvent& spike : batch.spikes) {
-                            files[0].append(sample_of(time(spike.time), sample_rate_hz));
-                            files[1].append(std::int64_t{spike.neuron});
-                            files[2].append(std::int64_t{spike.neuron});
-                          }
-                          waiting += batch.spikes.size();
-                          if (waiting < kFlushEvery) return true;
-                          waiting = 0;
-                          for (NpyFile& file : files) {
-                            if (error.empty() && !file.flush()) error = file.error();
-                          }
-                          return error.empty();
-                        });
-                        return error.empty() ? std::move(read)
-                                             : Written(Unexpected<std::string>(error));
-                      });
+  return write_arrays(
+      *this,
+      {{"spike_clusters.npy", "<i4", 0}, {"spike_templates.npy", "<i4", 0}, {kTimes, "<i8", 0}},
+      [&](std::vector<NpyFile>& files) {
+        std::string error;
+        std::size_t waiting = 0;
+        Written read = journal.read([&](const RecordBatch& batch) {
+          for (const SpikeEvent& spike : batch.spikes) {
+            files[0].append(std::int64_t{spike.neuron});
+            files[1].append(std::int64_t{spike.neuron});
+            files[2].append(sample_of(time(spike.time), sample_rate_hz));
+          }
+          waiting += batch.spikes.size();
+          if (waiting < kFlushEvery) return true;
+          waiting = 0;
+          for (NpyFile& file : files) {
+            if (error.empty() && !file.flush()) error = file.error();
+          }
+          return error.empty();
+        });
+        return error.empty() ? std::move(read) : Written(Unexpected<std::string>(error));
+      });
 }
 
 Written write_phy(const PhyFolder& folder, RunJournal& journal) {
@@ -135,7 +135,8 @@ Written write_phy(const PhyFolder& folder, RunJournal& journal) {
     return Unexpected<std::string>("cannot make the folder " + folder.path + ": " +
                                    std::strerror(errno));
   }
-  // The times come last: a folder with them is complete.
+  // The times come last: a folder with them is complete, and of one run.
+  if (!made) ::unlink(folder.file(kTimes).c_str());
   Written written = folder.write_parameters();
   if (written) written = folder.write_channels();
   if (written) written = folder.write_spikes(journal);

@@ -94,6 +94,17 @@ TEST(OpenSink, EveryFileHasItsSpikesDeliveredOnceItIsClosed) {
   }
 }
 
+TEST(OpenSink, AFolderOfPhyThatCannotBeReplacedHasNoTimesBesideOtherFilesOfAnotherRun) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path("p/spike_clusters.npy"));  // cannot be written
+  static_cast<void>(folder.file("p/spike_times.npy", "of an earlier run"));
+  const auto sink = open_sink("phy:" + folder.path("p"), setup(true));
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  EXPECT_FALSE((*sink)->close());
+  EXPECT_TRUE(std::filesystem::exists(folder.path("p/params.py")));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("p/spike_times.npy")));
+}
+
 TEST(AfferentTable, HasARowForEachNeuronOfTheModel) {
   SinkSetup of_model = setup();
   const auto rows = afferents_of(of_model);
