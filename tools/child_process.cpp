@@ -2,6 +2,8 @@
 
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
+#include <system_error>
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -43,6 +45,14 @@ ChildProcess::~ChildProcess() {
     ::kill(process_, SIGTERM);
     wait();
   }
+}
+
+std::string& own_program() {
+  static std::string path = [] {
+    std::error_code error;
+    return std::filesystem::read_symlink("/proc/self/exe", error).string();
+  }();
+  return path;
 }
 
 }  // namespace merkel

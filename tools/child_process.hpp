@@ -25,4 +25,8 @@ class ChildProcess {
   int process_ = 0;
 };
 
+/// The path that starts this program again. The Python module sets it, once, before the program
+/// runs: it is no program of its own.
+[[nodiscard]] std::string& own_program();
+
 }  // namespace merkel

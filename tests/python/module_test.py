@@ -540,5 +540,20 @@ class Package(Case):
             self.assertGreater(ran, 0)
 
 
+class ProgramOfAWheel(Case):
+    def test_it_starts_itself_again(self):
+        command = pathlib.Path(self.path("merkel"))
+        command.write_text(f"#!{sys.executable}\nfrom merkel._program import main\nmain()\n")
+        command.chmod(0o755)
+        environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(merkel.__file__).resolve().parents[1])}
+        session = self.path("s.xdf")
+        subprocess.run([PROGRAM, "run", "--fast", "--probe", "sim:ramp?depth_mm=1", "--duration-s", "0.2", "--sink", "xdf:" + session],
+                       capture_output=True)
+        made = subprocess.run([command, "bundle", session, "--out", self.path("deposit"), "--skip-score"], env=environment,
+                              capture_output=True, text=True)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertIn("bit-identical in a replay", made.stderr)
+
+
 if __name__ == "__main__":
     sys.exit(unittest.main(verbosity=2))

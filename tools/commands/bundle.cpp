@@ -34,8 +34,6 @@ struct BundleOptions {
   bool skip_score = false;
 };
 
-constexpr const char* kProgram = "/proc/self/exe";
-
 /// The folder and what was put into it.
 class Bundle {
  public:
@@ -142,10 +140,12 @@ int bundle_session(const BundleOptions& options) {
   std::error_code error;
   fs::copy_file(options.session, bundle.path("session.xdf"), error);
   if (error) return fail("cannot copy " + options.session + ": " + error.message());
-  if (ChildProcess({kProgram, "replay", bundle.path("session.xdf")}).wait() != 0) {
+  const int replayed = ChildProcess({own_program(), "replay", bundle.path("session.xdf")}).wait();
+  if (replayed != kDone) {
     return fail("the replay of " + options.session +
-                " is not bit-identical, so the bundle would not prove itself: merkel replay " +
-                options.session + " says why");
+                (replayed == kFailed ? " is not bit-identical" : " does not run") +
+                ", so the bundle would not prove itself: merkel replay " + options.session +
+                " says why");
   }
   bundle.list(
       "session.xdf",
@@ -163,9 +163,10 @@ int bundle_session(const BundleOptions& options) {
   if (auto written = write_facts(*session, bundle); !written) return refuse(written.error());
   if (!options.skip_score) {
     const ChildProcess::Output quiet = ChildProcess::Output::kNone;
-    if (ChildProcess({kProgram, "score", bundle.path("scene.toml"), "--out", bundle.path("score"),
-                      "--trials", fmt::format("{:.0f}", options.trials), "--skip-experiments"},
-                     quiet)
+    if (ChildProcess(
+            {own_program(), "score", bundle.path("scene.toml"), "--out", bundle.path("score"),
+             "--trials", fmt::format("{:.0f}", options.trials), "--skip-experiments"},
+            quiet)
             .wait() != 0) {
       return fail("the scene cannot be scored: merkel score " + bundle.path("scene.toml") +
                   " says why; or leave the score out with --skip-score");

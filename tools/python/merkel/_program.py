@@ -5,4 +5,4 @@ from ._merkel import _main
 
 
 def main():
-    sys.exit(_main(["merkel", *sys.argv[1:]]))
+    sys.exit(_main(["merkel", *sys.argv[1:]], sys.argv[0]))

@@ -13,6 +13,7 @@
 #include "drivers/probes/channel_selection.hpp"
 #include "tools/batch/batch_identity.hpp"
 #include "tools/batch/batch_job.hpp"
+#include "tools/child_process.hpp"
 #include "tools/program/program.hpp"
 #include "tools/python/src/bridge_object.hpp"
 #include "tools/python/src/fit_object.hpp"
@@ -224,7 +225,8 @@ PYBIND11_MODULE(_merkel, module) {
   add_fit(module);
   module.def(
       "_main",
-      [](const std::vector<std::string>& arguments) {
+      [](const std::vector<std::string>& arguments, const std::string& path) {
+        own_program() = path;
         std::vector<std::string> words = arguments;
         std::vector<char*> argv;
         for (std::string& word : words) argv.push_back(word.data());
@@ -233,7 +235,8 @@ PYBIND11_MODULE(_merkel, module) {
         const py::gil_scoped_release released;
         return run_merkel(static_cast<int>(words.size()), argv.data());
       },
-      "The program merkel. The first argument is its name; returns the exit code");
+      "The program merkel, which is started again by a path. The first argument is its name; returns "
+      "the exit code");
   module.def(
       "presets", [] { return preset_names(); }, "Names of the presets.");
 }

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 #include "core/units.hpp"
 #include "drivers/files/output_file.hpp"
+#include "tools/child_process.hpp"
 #include "tools/studies/bench/population_cost.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/report/csv_table.hpp"
@@ -174,9 +174,7 @@ Expected<std::string, SetupError> measure_peers(const ReportFolder& folder) {
     return "\nNeither Brian2 (python3-brian) nor NEURON (python3-neuron) is installed: their points "
            "are missing.\n";
   }
-  const auto run =
-      run_script("compare_peers", {std::filesystem::read_symlink("/proc/self/exe").string(),
-                                   "--csv", folder.path("peers.csv")});
+  const auto run = run_script("compare_peers", {own_program(), "--csv", folder.path("peers.csv")});
   if (!run) return Unexpected<SetupError>(run.error());
   return "\nThe points of other simulators are in `peers.csv`.\n";
 }
