@@ -18,9 +18,9 @@ ProbeInput::ProbeInput(ProbeQueue& channel, const Parameters& parameters)
   taxels_.resize(channel.columns().taxels);
 }
 
-void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
-  for (const ReadingHead* next = channel_.front(); next != nullptr && next->time <= time;
-       next = channel_.front()) {
+const ReadingHead* ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
+  const ReadingHead* next = channel_.front();
+  for (; next != nullptr && next->time <= time; next = channel_.front()) {
     const bool late = next->time <= simulated_;
     (late ? channel_.late : channel_.used).add();
     last_ = channel_.front_sample();
@@ -34,11 +34,11 @@ void ProbeInput::consume_until(std::chrono::nanoseconds time) noexcept {
                            [](double kPa) { return static_cast<float>(kPa); });
     channel_.pop();
   }
+  return next;
 }
 
 bool ProbeInput::ready_for(std::chrono::nanoseconds time) noexcept {
-  consume_until(time);
-  if (channel_.front() != nullptr) return true;
+  if (consume_until(time) != nullptr) return true;
   // Readings in which this probe has no value go on for longer than its last sample holds: the next
   // one cannot change the contact. The other probes of the device would wait without end.
   const auto passed = channel_.ring->passed(channel_.place);
@@ -139,9 +139,9 @@ Touch ProbeInput::touch_of(const ContactInput& contact) const noexcept {
 ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexcept {
   consume_until(time);
   const bool ended = channel_.ended.load(std::memory_order_acquire);
-  consume_until(time);  // a sample may have arrived just before the flag was set
+  // A sample may have arrived just before the flag was set.
+  const ReadingHead* const next = consume_until(time);
   simulated_ = time;
-  const ReadingHead* const next = channel_.front();
   last_share_ = next_share_ = 0.0F;
 
   if (!last_) {

@@ -18,6 +18,7 @@
 namespace merkel {
 
 struct ProbeQueue;
+struct ReadingHead;
 
 /// Converts one probe's samples into its contact at increasing times.
 ///
@@ -101,7 +102,9 @@ class ProbeInput {
 
  private:
   [[nodiscard]] Reading reading_at(std::chrono::nanoseconds time) noexcept;
-  void consume_until(std::chrono::nanoseconds time) noexcept;
+  /// \return the first sample beyond `time`, or null. To ask the queue again may find a sample that
+  /// has arrived since, of any time.
+  const ReadingHead* consume_until(std::chrono::nanoseconds time) noexcept;
   [[nodiscard]] ContactInput contact_of(const ProbeSample& sample) const noexcept;
   [[nodiscard]] std::chrono::nanoseconds valid_for_last() const noexcept;
   [[nodiscard]] bool is_out(const ProbeSample& sample) const noexcept;

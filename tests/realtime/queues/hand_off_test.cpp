@@ -82,6 +82,49 @@ TEST(HandOff, AProbesSamplesAreEachCountedOnceUnderRandomScheduling) {
   }
 }
 
+/// Reads a probe while a sample arrives, in each round.
+/// \param read  called with the time of the sample until the sample is taken
+void read_while_samples_arrive(int rounds, ProbeInput& input, ProbeQueue& channel,
+                               const auto& read) {
+  std::atomic<int> asked{0};
+  std::jthread writer([&] {
+    for (int k = 1; k <= rounds; ++k) {
+      while (asked.load() != k) std::this_thread::yield();
+      EXPECT_TRUE(channel.try_push({.time = std::chrono::milliseconds{k},
+                                    .depth_mm = k % 2 == 0 ? 1.0 : 2.0,
+                                    .channels = ProbeSample::kDepth}));
+    }
+  });
+  for (int k = 1; k <= rounds; ++k) {
+    const std::chrono::nanoseconds time = std::chrono::milliseconds{k};
+    asked.store(k);
+    while (input.last_time() != time) read(time);
+  }
+}
+
+TEST(HandOff, ATickIsNotReadyBeforeASampleBeyondIt) {
+  ProbeQueue channel(64);
+  ProbeInput input(channel, {});
+  int ready = 0;
+  read_while_samples_arrive(2000, input, channel, [&](std::chrono::nanoseconds time) {
+    if (input.ready_for(time)) ++ready;
+  });
+  EXPECT_EQ(ready, 0);
+}
+
+TEST(HandOff, ASampleOfAPassedTimeThatArrivesDuringAReadingIsNoSampleBeyondIt) {
+  ProbeQueue channel(64);
+  ProbeInput input(channel, {});
+  int outside = 0;
+  std::chrono::nanoseconds now{0};
+  read_while_samples_arrive(2000, input, channel, [&](std::chrono::nanoseconds time) {
+    now = std::max(now, time) + std::chrono::nanoseconds{100};
+    const double depth_mm = input.at(now).contact.depth_mm;
+    if (input.last_time() && !(depth_mm == 1.0 || depth_mm == 2.0)) ++outside;
+  });
+  EXPECT_EQ(outside, 0);
+}
+
 // A probe without a value for a while neither waits nor keeps the others from the ring.
 TEST(ReadingRing, EachProbeTakesTheReadingsInWhichItWasMeasured) {
   ReadingRing ring(ReadingColumns(std::vector<ProbeColumns>{{.further = 1}, {.taxels = 2}}), 4);
