@@ -1,6 +1,7 @@
 #include "tools/command_line.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -11,6 +12,7 @@
 #include <fmt/core.h>
 
 #include "core/parameters/nearest_name.hpp"
+#include "drivers/parsed_number.hpp"
 #include "tools/exit_code.hpp"
 #include "tools/scene/machine_facts.hpp"
 
@@ -156,9 +158,15 @@ CommandLine& CommandLine::option(const std::string& name, std::optional<double>&
 CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint64_t>& value,
                                  const std::string& help) {
   check_name(*app_, name);
-  last_ = app_->add_option(name, value, help)->check([](const std::string& text) {
-    return text.starts_with('-') ? "must be a whole number from 0 on, but is " + text : "";
-  });
+  // The parser reads 010 as 8, and the limit of its type for all numbers beyond it. A scene file
+  // holds no larger number than this.
+  last_ =
+      app_->add_option(name, value, help)->transform([](const std::string& text) -> std::string {
+        const auto number = parsed_number<std::int64_t>(text);
+        if (number && *number >= 0) return std::to_string(*number);
+        throw CLI::ValidationError(
+            fmt::format("must be a whole number from 0 to {}, but is {}", INT64_MAX, text));
+      });
   return *this;
 }
 

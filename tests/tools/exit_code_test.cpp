@@ -77,7 +77,10 @@ TEST(ExitCode, HelpListsTheCodes) {
 
 TEST(CommandLineOptions, TakeOneValueAndNameTheirLimits) {
   expect({{{"run", "--fast", "--sink", "csv:/dev/null", "goodwim"}, 2, "did you mean goodwin?"},
-          {{"run", "--fast", "--seed", "-1"}, 2, "must be a whole number from 0 on, but is -1"},
+          {{"run", "--fast", "--seed", "-1"},
+           2,
+           "must be a whole number from 0 to 9223372036854775807, but is -1"},
+          {{"run", "--fast", "--seed", "9223372036854775808"}, 2, "but is 9223372036854775808"},
           {{"run", "paper", "extra"}, 2, "unexpected argument: extra"},
           {{"bench", "--step-us", "0"}, 2, "--step-us: must be from 0.1 to 1000, but is 0"},
           {{"bench", "--step-us", "x"}, 2, "--step-us: must be a number, but is x"}});

@@ -9,6 +9,7 @@
 #include "tests/temporary_folder.hpp"
 #include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_overrides.hpp"
 #include "tools/scene/scene_presets.hpp"
 
@@ -122,6 +123,28 @@ TEST(Run, RecipesChangeOnePropertyOfTheirPreset) {
     EXPECT_EQ(bigger.model.patches[i].receptors.seed, hand.model.patches[i].receptors.seed);
     EXPECT_NEAR(bigger.probes[i].input.x_mm, 0.5 * patch.length_mm, 1e-9);
   }
+}
+
+TEST(Run, ATextMayBeSetWithItsQuotes) {
+  const auto model = [](const std::string& law) {
+    const auto scene = with_overrides(*scene_named("goodwin"), {{"skin.contact_law", law}});
+    return scene ? scene_text(*scene) : scene.error().sentence;
+  };
+  EXPECT_NE(model("sneddon"), model("hertz"));
+  EXPECT_EQ(model("\"sneddon\""), model("sneddon"));
+  EXPECT_EQ(model("'sneddon'"), model("sneddon"));
+  const auto sink =
+      with_overrides(*scene_named("goodwin"), {{"probe.uri", "\"sim:grasp#palm_mm\""}});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  EXPECT_EQ(sink->probes[0].uri, "sim:grasp#palm_mm");
+}
+
+TEST(Run, TheLargestSeedIsThatOfASceneFile) {
+  Scene hand = *scene_named("hand");
+  hand.set_seed(INT64_MAX);
+  EXPECT_TRUE(parse_scene(scene_text(hand), "scene"));
+  const std::string probe = "replay:" + kTraces + "taps.csv";
+  EXPECT_EQ(spikes_of(probe, {"--seed", "010"}), spikes_of(probe, {"--seed", "10"}));
 }
 
 TEST(Run, ChunksOfSamplesDoNotChangeAByte) {

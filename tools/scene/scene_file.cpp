@@ -354,7 +354,10 @@ void Scene::set_seed(std::uint64_t seed) {
   model.network.seed = seed;
   model.adaptation.seed = seed;
   if (NeuronNoise* const noise = model.noise()) noise->seed = seed;
-  for (auto& patch : model.patches) patch.receptors.seed = seed++;
+  for (auto& patch : model.patches) {
+    patch.receptors.seed = seed;
+    seed = (seed + 1) & INT64_MAX;  // a scene file holds no larger number
+  }
 }
 
 std::string Scene::sentence(const ParameterError& error) const {

@@ -26,10 +26,17 @@ bool is_text(const BoundField& key) {
          std::holds_alternative<std::string*>(key.value);
 }
 
+/// Whether a value is a text as a scene file writes it, as messages quote keys.
+bool is_quoted(const std::string& value) {
+  return value.size() > 1 && value.front() == value.back() &&
+         (value.front() == '"' || value.front() == '\'');
+}
+
 /// A table with one key and its value; a text if it is nothing else in a scene file.
 toml::table table_with(const BoundField& key, const std::string& value) {
   toml::table table;
-  if (!is_text(key) && value.find_first_of("\r\n#") == std::string::npos) {
+  const bool literal = is_text(key) ? is_quoted(value) : value.find('#') == std::string::npos;
+  if (literal && value.find_first_of("\r\n") == std::string::npos) {
     if (auto parsed = parse_toml("value = " + value); parsed && parsed->size() == 1) {
       parsed->get("value")->visit(
           [&](auto& node) { table.insert(key.field->key, std::move(node)); });

@@ -26,7 +26,7 @@ struct NamedKey {
 [[nodiscard]] Expected<Scene, SetupError> scene_of_keys(
     const Scene& changed, const std::vector<std::string>& heights = {});
 
-/// Names of keys and their values, as in a scene file; texts and words without quotes.
+/// Names of keys and their values, as in a scene file; texts and words also without quotes.
 using SceneOverrides = std::vector<std::pair<std::string, std::string>>;
 /// Of texts KEY=VALUE, in the same order.
 [[nodiscard]] Expected<SceneOverrides, SetupError> overrides_of(
