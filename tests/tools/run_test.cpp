@@ -125,6 +125,18 @@ TEST(Run, RecipesChangeOnePropertyOfTheirPreset) {
   }
 }
 
+TEST(Run, APressBeyondTheSolvedDepthsIsNamed) {
+  const auto law_of = [](const std::string& depth_mm) {
+    return run_program({"run", "goodwin", "--fast", "--set", "skin.contact_law=sneddon", "--probe",
+                        "sim:ramp?hold_s=0.02&depth_mm=" + depth_mm})
+        .out;
+  };
+  const std::string within = law_of("3.9");
+  EXPECT_TRUE(has(within, "at depths to 4 mm"));
+  EXPECT_FALSE(has(within, "this press is deeper"));
+  EXPECT_TRUE(has(law_of("4.1"), "this press is deeper"));
+}
+
 TEST(Run, ATextMayBeSetWithItsQuotes) {
   const auto model = [](const std::string& law) {
     const auto scene = with_overrides(*scene_named("goodwin"), {{"skin.contact_law", law}});

@@ -82,8 +82,15 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
 
 std::string contact_sentence(const Press& press, const TactileModel& model, std::size_t probe) {
   if (model.sliding(probe) != nullptr) return surface_sentence(*model.sliding(probe), model);
-  return contact_sentence(press.contact, model.parameters().indenters[probe],
-                          model.parameters().skin);
+  const Indenter& indenter = model.parameters().indenters[probe];
+  const SkinParameters& skin = model.parameters().skin;
+  std::string sentence = contact_sentence(press.contact, indenter, skin);
+  if (indenter.closed_form(skin) || indenter.taxels() != nullptr) return sentence;
+  const PressedTip tip = pressed_tip(indenter, skin);
+  if (tip.proportional || !(press.contact.depth_mm > tip.deepest_mm)) return sentence;
+  return sentence +
+         "; this press is deeper: its force and stresses are extrapolated, which is right only "
+         "once the whole tip touches";
 }
 
 }  // namespace merkel
