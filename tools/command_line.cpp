@@ -1,7 +1,6 @@
 #include "tools/command_line.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <stdexcept>
 #include <string>
@@ -11,6 +10,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
+#include "core/parameters/field.hpp"
 #include "core/parameters/nearest_name.hpp"
 #include "drivers/parsed_number.hpp"
 #include "tools/exit_code.hpp"
@@ -91,6 +91,27 @@ void check_name(const CLI::App& app, const std::string& name) {
   }
 }
 
+/// An empty text is a variable of a script that is not set: no file or address has that name.
+std::string fault_of_text(const std::string& text) {
+  return text.empty() ? "must not be empty" : "";
+}
+
+/// A whole number in decimals: the parser's own conversion reads 010 as 8, and limits what is too
+/// large.
+template <class Whole>
+CLI::Option* add_whole(CLI::App& app, const std::string& name, std::optional<Whole>& value,
+                       const std::string& help, Whole least, Whole most) {
+  return app
+      .add_option_function<std::string>(
+          name, [&value](const std::string& text) { value = parsed_number<Whole>(text); }, help)
+      ->type_name("UINT")
+      ->check([least, most](const std::string& text) -> std::string {
+        const auto number = parsed_number<Whole>(text);
+        if (number && *number >= least && *number <= most) return {};
+        return fmt::format("must be a whole number from {} to {}, but is {}", least, most, text);
+      });
+}
+
 /// Limits of 1e9 and more only keep out what no user means: they are not shown.
 CLI::Validator in_range(CommandLine::Range range) {
   std::string limits;
@@ -136,7 +157,7 @@ CommandLine& CommandLine::flag(const std::string& name, bool& value, const std::
 CommandLine& CommandLine::option(const std::string& name, std::string& value,
                                  const std::string& help) {
   check_name(*app_, name);
-  last_ = app_->add_option(name, value, help);
+  last_ = app_->add_option(name, value, help)->check(fault_of_text);
   if (!value.empty()) last_->capture_default_str();
   return *this;
 }
@@ -158,22 +179,15 @@ CommandLine& CommandLine::option(const std::string& name, std::optional<double>&
 CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint64_t>& value,
                                  const std::string& help) {
   check_name(*app_, name);
-  // The parser reads 010 as 8, and the limit of its type for all numbers beyond it. A scene file
-  // holds no larger number than this.
-  last_ =
-      app_->add_option(name, value, help)->transform([](const std::string& text) -> std::string {
-        const auto number = parsed_number<std::int64_t>(text);
-        if (number && *number >= 0) return std::to_string(*number);
-        throw CLI::ValidationError(
-            fmt::format("must be a whole number from 0 to {}, but is {}", INT64_MAX, text));
-      });
+  last_ = add_whole<std::uint64_t>(*app_, name, value, help, 0, kMaxSeed);
   return *this;
 }
 
 CommandLine& CommandLine::option(const std::string& name, std::optional<std::uint32_t>& value,
                                  const std::string& help, Range range) {
   check_name(*app_, name);
-  last_ = app_->add_option(name, value, help)->check(in_range(range));
+  last_ = add_whole(*app_, name, value, help, static_cast<std::uint32_t>(range.low),
+                    static_cast<std::uint32_t>(range.high));
   return *this;
 }
 

@@ -44,7 +44,11 @@ struct FaultOf {
   std::string operator()(const std::optional<T>& value) const {
     return value ? (*this)(*value) : std::string();
   }
-  std::string operator()(std::uint64_t /*seed*/) const { return {}; }
+  std::string operator()(std::uint64_t seed) const {
+    if (seed <= kMaxSeed) return {};
+    return "must be a whole number from 0 to " + std::to_string(kMaxSeed) + ", but is " +
+           std::to_string(seed);
+  }
   std::string operator()(bool /*value*/) const { return {}; }
   std::string operator()(const std::string& /*value*/) const { return {}; }
 };

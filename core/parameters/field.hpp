@@ -22,6 +22,9 @@ struct Choice {
   void (*set)(void* value, std::size_t index);
 };
 
+/// The largest seed: whole numbers of a scene file (TOML) have 64 bits with a sign.
+inline constexpr std::uint64_t kMaxSeed = INT64_MAX;
+
 /// Pointer to a parameter's value. An empty optional selects a default that depends on other
 /// values; Field::absent describes it.
 using FieldPointer =

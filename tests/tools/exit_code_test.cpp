@@ -80,7 +80,12 @@ TEST(CommandLineOptions, TakeOneValueAndNameTheirLimits) {
           {{"run", "--fast", "--seed", "-1"},
            2,
            "must be a whole number from 0 to 9223372036854775807, but is -1"},
-          {{"run", "--fast", "--seed", "9223372036854775808"}, 2, "but is 9223372036854775808"},
+          {{"run", "--fast", "--seed", "9223372036854775808"}, 2, "to 9223372036854775807, but is"},
+          {{"run", "--fast", "--seed", "99999999999999999999"}, 2, "but is 99999999999999999999"},
+          {{"run", "--fast", "--seed", "0x10"}, 2, "but is 0x10"},
+          {{"run", "--fast", "--record", ""}, 2, "--record: must not be empty"},
+          {{"run", "", "--fast"}, 2, "scene: must not be empty"},
+          {{"batch", "jobs.csv", "--out", ""}, 2, "--out: must not be empty"},
           {{"run", "paper", "extra"}, 2, "unexpected argument: extra"},
           {{"bench", "--step-us", "0"}, 2, "--step-us: must be from 0.1 to 1000, but is 0"},
           {{"bench", "--step-us", "x"}, 2, "--step-us: must be a number, but is x"}});

@@ -186,6 +186,7 @@ TEST(Run, TheBuiltInPressIsTheBundledRampAndHold) {
 TEST(Run, SeedsChangeTheReceptors) {
   const std::string probe = "replay:" + kTraces + "ramp_and_hold.csv";
   const std::string one = spikes_of(probe, {"--seed", "1"});
+  EXPECT_EQ(spikes_of(probe, {"--seed", "010"}), spikes_of(probe, {"--seed", "10"}));
   EXPECT_EQ(one, spikes_of(probe));
   EXPECT_NE(one, spikes_of(probe, {"--seed", "2"}));
 }

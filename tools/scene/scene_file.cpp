@@ -356,7 +356,7 @@ void Scene::set_seed(std::uint64_t seed) {
   if (NeuronNoise* const noise = model.noise()) noise->seed = seed;
   for (auto& patch : model.patches) {
     patch.receptors.seed = seed;
-    seed = (seed + 1) & INT64_MAX;  // a scene file holds no larger number
+    seed = (seed + 1) & kMaxSeed;
   }
 }
 
