@@ -78,6 +78,14 @@ class Python(Case):
         with self.assertRaisesRegex(merkel.Error, "did you mean skin.radius_mm"):
             done[1].spikes
 
+    def test_a_wrong_value_of_any_type_fails_its_own_job_only(self):
+        wrong = [{"duration_s": "long"}, {"seed": float("inf")}, {"overrides": "abc"}, {"press": 5}, {"press": {}},
+                 {"press": {"depth_mm": "deep", "rate_hz": 100}}, {"press": {"depth_mm": [[1], [1, 2]], "rate_hz": 100}},
+                 {"press": {"rate_hz": 100}}]
+        rows = merkel.batch([{"press": PRESS}, *wrong, {"press": PRESS}], cores=1).rows
+        self.assertEqual([row["status"] for row in rows], ["done", *["failed"] * len(wrong), "done"])
+        self.assertTrue(all(row["error"] for row in rows[1:-1]), rows)
+
     def test_a_killed_worker_fails_its_own_job_only(self):
         jobs = [{"press": PRESS, "seed": seed, "keep": "table"} for seed in range(4)]
         jobs[1]["keep"] = end_the_worker
@@ -151,6 +159,8 @@ class Python(Case):
         table = merkel.batch(jobs).table
         self.assertEqual(table["spike_hash"][0], self.expected(JOBS[0]))
         self.assertEqual(list(table["status"]), ["done", "done"])
+        jobs["seed"], jobs["name"] = jobs["seed"].astype("Int64"), pandas.array(["a", None], dtype="string")
+        self.assertEqual(list(merkel.batch(jobs).table["spike_hash"]), list(table["spike_hash"]))
 
 
 class Program(Case):
@@ -261,6 +271,31 @@ class Program(Case):
         self.assertEqual([row["spike_hash"] for row in listed.rows], [row["spike_hash"] for row in self.table(out)])
         self.assertEqual(precious.read_text(), "mine")
         self.assertIn(str(precious), own.text)
+
+    def test_sessions_with_different_shapes_of_one_name_are_different_jobs(self):
+        shape, scene, table = (self.folder / name for name in ("shape.csv", "own.toml", "jobs.csv"))
+        scene.write_text('preset = "goodwin"\n[[probe]]\ntip = "shape"\nshape = "shape.csv"\npixel_mm = 0.2\n'
+                         'uri = "sim:ramp?depth_mm=1&hold_s=0.2"\n')
+        sessions = [str(self.folder / name) for name in ("round.xdf", "flat.xdf")]
+        hashes = []
+        for session, height in zip(sessions, (0.25, 0.05)):
+            np.savetxt(shape, height * np.add.outer(np.arange(-2, 2.1, 0.2)**2, np.arange(-2, 2.1, 0.2)**2), delimiter=",")
+            hashes.append(merkel.Scene(scene).run(sinks=["xdf:" + session]).spike_hash)
+        self.assertNotEqual(*hashes)
+        jobs = [{"scene": session, "probe": "sim:ramp?depth_mm=1&hold_s=0.2"} for session in sessions]
+        self.batch(self.jobs(jobs), "--out", self.folder / "out")
+        self.assertEqual([row["spike_hash"] for row in self.table(self.folder / "out")], hashes)
+        journal = (self.folder / "out" / "rows.jsonl").read_text()
+        merkel.batch(jobs, out=self.folder / "out", keep="table")
+        self.assertEqual((self.folder / "out" / "rows.jsonl").read_text(), journal)
+
+    def test_spikes_of_a_recording_since_1970_have_the_hash_of_the_program(self):
+        trace = self.folder / "unix.csv"
+        trace.write_text("time_s,depth_mm\n" + "".join(f"1700000000.{i:03d},{min(i / 100, 1.5)}\n" for i in range(400)))
+        jobs = [{"scene": "goodwin", "probe": f"replay:{trace}"}]
+        self.batch(self.jobs(jobs), "--out", self.folder / "out")
+        [row] = self.table(self.folder / "out")
+        self.assertEqual(merkel.batch(jobs, keep="table", cores=1).rows[0]["spike_hash"], row["spike_hash"])
 
     def test_each_row_has_the_command_that_repeats_it(self):
         job = {**JOBS[1], "duration_s": 0.75, "probe.tip": "bars", "probe.bar_gaps_mm": "[3, 5]"}

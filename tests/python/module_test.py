@@ -184,6 +184,30 @@ class Runs(Case):
                 with self.assertRaisesRegex(merkel.Error, sentence):
                     scene.run(**arguments)
 
+    def test_a_press_without_a_press_is_no_press_of_the_scene(self):
+        scene = merkel.Scene("paper")
+        for given in ({"x_mm": [1, 2], "rate_hz": 100}, {"rate_hz": 100}, {"time_s": [0, 1]}):
+            with self.assertRaisesRegex(merkel.Error, "there are no samples: pass depth_mm or force_N"):
+                scene.run(**given)
+            with self.assertRaisesRegex(merkel.Error, "pass either a press or a probe"):
+                scene.run(**given, probe="sim:ramp")
+
+    def test_dates_complex_numbers_and_masked_values_are_no_numbers(self):
+        scene, depth_mm = merkel.Scene("paper"), np.linspace(0, 1, 20)
+        stamps = np.arange(20).astype("datetime64[ms]")
+        with self.assertRaisesRegex(merkel.Error, r"time_s must be an array of numbers: .* but has the dtype datetime64\[ms\]"):
+            scene.run(depth_mm=depth_mm, time_s=stamps)
+        with self.assertRaisesRegex(merkel.Error, "depth_mm must be an array of numbers: .* but has the dtype complex128"):
+            scene.run(depth_mm=depth_mm + 1j, rate_hz=1000)
+        masked = np.ma.array(depth_mm, mask=depth_mm > 0.5)
+        with self.assertRaisesRegex(merkel.Error, "depth_mm has masked values: remove these samples"):
+            scene.run(depth_mm=masked, rate_hz=1000)
+        rows = merkel.batch([{"press": {"depth_mm": masked, "rate_hz": 1000}}, {"press": {"depth_mm": depth_mm, "time_s": stamps}},
+                             {"press": {"depth_mm": np.ma.array(depth_mm), "force_N": None, "rate_hz": 1000}}], cores=1).rows
+        self.assertIn("masked values", rows[0]["error"])
+        self.assertIn("datetime64", rows[1]["error"])
+        self.assertEqual(rows[2]["spike_hash"], scene.run(depth_mm=depth_mm, rate_hz=1000).spike_hash)
+
     def test_other_threads_run_meanwhile(self):
         counted = []
         thread = threading.Thread(target=lambda: merkel.Scene("goodwin").run(probe="sim:taps?count=40"))
@@ -314,6 +338,37 @@ class Scenes(Case):
         copied["skin.radius_mm"] = 9
         self.assertEqual(scene.skin.radius_mm, 8.0)
 
+    def test_values_of_numpy_are_numbers_in_keys_and_overrides(self):
+        values = {"skin.radius_mm": np.float32(8), "accuracy.freeze_resting": np.bool_(False), "loop.threads": np.int16(1),
+                  "skin.apex_mm": np.array([15.0, 10.0]), "receptors.centres_mm": [(1, np.float64(2.5))]}
+        scene = merkel.Scene("goodwin", overrides=values)
+        same = merkel.Scene("goodwin", overrides={"skin.apex_mm": (15, 10)})
+        for key, value in values.items():
+            same[key] = value
+            self.assertEqual(repr(same[key]), repr(scene[key]), key)
+        self.assertEqual(scene["skin.apex_mm"], (15.0, 10.0))
+        with self.assertRaisesRegex(merkel.Error, "overrides must be a dict"):
+            merkel.Scene("goodwin", overrides=5)
+
+    def test_the_scene_of_a_session_keeps_the_heights_of_its_shapes(self):
+        shape, scene, session = (self.path(name) for name in ("shape.csv", "shape.toml", "s.xdf"))
+        heights = np.add.outer(np.arange(-2, 2.1, 0.2)**2, np.arange(-2, 2.1, 0.2)**2) / 4
+        np.savetxt(shape, heights, delimiter=",")
+        pathlib.Path(scene).write_text('preset = "goodwin"\n[[probe]]\ntip = "shape"\nshape = "shape.csv"\npixel_mm = 0.2\n'
+                                       'uri = "sim:ramp?depth_mm=1&hold_s=0.3"\n')
+        recorded = merkel.Scene(scene).run(sinks=["xdf:" + session])
+        np.savetxt(shape, heights / 5, delimiter=",")
+        own = merkel.load(session).scene
+        changed = copy.copy(own)
+        changed["network.seed"] = 7  # of no effect on these neurons
+        for each in (own, changed, pickle.loads(pickle.dumps(own)), merkel.Scene(session)):
+            self.assertEqual(each.run().spike_hash, recorded.spike_hash)
+        jobs = [{"scene": each} for each in (own, session, scene)]
+        rows = merkel.batch(jobs, keep="table", cores=1).rows
+        self.assertEqual([row["spike_hash"] == recorded.spike_hash for row in rows], [True, True, False])
+        self.assertEqual(rows[0]["id"], rows[1]["id"])
+        self.assertNotEqual(rows[0]["id"], rows[2]["id"])
+
     def test_a_changed_scene_runs_as_a_file_of_the_same_keys(self):
         scene = merkel.Scene("finger")
         scene["skin.radius_mm"] = 9.0
@@ -332,7 +387,9 @@ class Scenes(Case):
                 ("skin.poisson_ratio", 0.7, "skin.poisson_ratio must be"),
                 ("probe.tip", "spere", "must be one of .*did you mean sphere"),
                 ("loop.threads", 1.5, "cannot be 1.5"),
-                ("network.seed", 10**30, "too large")):
+                ("network.seed", 10**30, "out of range"), ("network.seed", -1, "cannot be -1: it is out of range"),
+                ("network.seed", 2**63, "network.seed must be a whole number from 0 to 9223372036854775807"),
+                ("skin.radius_mm", np.array([8.0, 9.0]), "skin.radius_mm cannot be array")):
             with self.assertRaisesRegex(merkel.Error, sentence):
                 scene[key] = value
         self.assertEqual(scene.text, text)

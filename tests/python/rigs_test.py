@@ -136,6 +136,16 @@ class Rigs(unittest.TestCase):
         np.testing.assert_array_equal(np.genfromtxt(self.path("played.csv"), delimiter=",", names=True), spikes)
         self.assertIn("bit-identical", self.merkel("replay", self.path("made.xdf")))
 
+    def test_a_batch_takes_a_rig_and_runs_it_again_when_its_file_has_changed(self):
+        left, _ = self.record()
+        out, job = self.path("out"), {"probe": f"replay:{self.lab}@left"}
+        [row] = merkel.batch([job], out=out, keep="table", cores=1).rows
+        self.assertEqual((row["status"], row["error"]), ("done", ""))
+        self.assertLess(abs(row["spikes"] - len(left.spikes)), 0.2 * len(left.spikes))
+        with open(self.lab, "ab") as file:
+            file.write(chunk(5, bytes(16)))
+        self.assertNotEqual(merkel.batch([job], out=out, keep="table", cores=1).rows[0]["id"], row["id"])
+
     def test_damaged_recordings_are_errors(self):
         self.record()
         data, rng = pathlib.Path(self.lab).read_bytes(), np.random.default_rng(2)

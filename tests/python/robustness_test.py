@@ -55,6 +55,12 @@ class Arguments(unittest.TestCase):
                 (r"load\(\): file must be a path, but is 5", merkel.load, (5,), {}),
                 (r"connect\(\) has .*keyword argument 'duration'; its arguments are probe, scene, sinks, duration_s", merkel.connect, (LIVE,), {"duration": 3}),
                 (r"connect\(\): probe must be a URI", merkel.connect, (5,), {}),
+                (r"batch\(\) has .*keyword argument 'core'", merkel.batch, ([],), {"core": 2}),
+                (r"cores must be a whole number of at least 1, not -1", merkel.batch, ([],), {"cores": -1}),
+                (r"out must not be empty", merkel.batch, ([],), {"out": ""}),
+                (r"cannot write .*rows.jsonl: Not a directory", merkel.batch, ([],), {"out": __file__ + "/out"}),
+                (r"fit\(\) has .*keyword argument 'trial'", merkel.fit, (), {"trial": 2}),
+                (r"trials\(\) has .*keyword argument 'forces'", merkel.trials, ([],), {"forces": "ch1"}),
                 (r"connect\(\): duration_s must be a number or None, but is 'long'", merkel.connect, (LIVE,), {"duration_s": "long"}),
                 (r"connect\(\): most_unread must be a whole number from 0 on, but is -5", merkel.connect, (LIVE,), {"most_unread": -5})):
             with self.subTest(sentence=sentence):

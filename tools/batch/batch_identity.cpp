@@ -15,8 +15,10 @@
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/toml.hpp"
 #include "drivers/probes/channel_selection.hpp"
+#include "drivers/sessions/rig_recording.hpp"
 #include "drivers/uri.hpp"
 #include "tools/scene/machine_facts.hpp"
+#include "tools/scene/scene_keys.hpp"
 
 namespace merkel {
 namespace {
@@ -65,8 +67,9 @@ std::string hash_of_file(const std::string& path) {
 /// A text of a job or a scene; in place of the name of a file, a hash of its content.
 std::string content_of(const std::string& text) {
   const auto content = [](const std::string& name, const std::string& path) {
-    const std::string hash = hash_of_file(path);
-    return hash.empty() ? name : "#" + hash;
+    const auto [file, rig] = split_rig(path);
+    const std::string hash = hash_of_file(file);
+    return hash.empty() ? name : "#" + hash + "@" + rig;
   };
   const auto [whole, fragment] = split_fragment(text);
   const auto uri = Uri::parse(whole);
@@ -108,6 +111,16 @@ std::string content_of_scene(const std::string& scene) {
 }
 
 }  // namespace
+
+std::string scene_identity(const Scene& scene) {
+  std::string identity = scene_text(scene);
+  for (const std::string& heights : heights_of(scene)) {
+    SpikeHash hash;
+    hash.add(heights);
+    identity += "\n# heights " + hash.text();
+  }
+  return identity;
+}
 
 std::string batch_id(const BatchJob& job, const std::string& scene, const std::string& kept,
                      const std::string& more) {

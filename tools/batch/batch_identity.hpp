@@ -7,9 +7,13 @@
 
 namespace merkel {
 
+/// The whole text of a scene, with a hash of the heights of each measured shape: a session holds
+/// them itself.
+[[nodiscard]] std::string scene_identity(const Scene& scene);
+
 /// A hash of everything that determines the result of a job, the same for `merkel batch` and
 /// merkel.batch() in Python.
-/// \param scene  the name of a preset, or the whole text of a scene without its sinks
+/// \param scene  the name of a preset, or the scene_identity() of a scene without its sinks
 /// \param kept  format of the kept file; empty: none
 /// \param more  what only Python gives: the arrays of a press, a function that keeps
 [[nodiscard]] std::string batch_id(const BatchJob& job, const std::string& scene,

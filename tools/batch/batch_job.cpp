@@ -22,7 +22,6 @@
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/machine_facts.hpp"
-#include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
 #include "tools/studies/plan/plan.hpp"
@@ -39,16 +38,16 @@ const std::vector<std::string>& job_columns() {
 class JobScenes {
  public:
   struct JobScene {
-    std::string text;  ///< the name of a preset, or the text of a scene file without its sinks
+    std::string identity;  ///< the name of a preset, or the scene_identity() without sinks
     bool has_sinks = false;
   };
 
   const JobScene& operator()(const std::string& name_or_file) {
-    const auto [at, added] = known_.try_emplace(name_or_file, JobScene{.text = name_or_file});
+    const auto [at, added] = known_.try_emplace(name_or_file, JobScene{.identity = name_or_file});
     if (added && !preset_scene(name_or_file)) {
       if (auto scene = scene_named(name_or_file)) {
         at->second.has_sinks = drop_sinks(*scene);
-        at->second.text = scene_text(*scene);
+        at->second.identity = scene_identity(*scene);
       }
     }
     return at->second;
@@ -179,7 +178,7 @@ Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, cons
     for (std::size_t i = 0; i < row.size(); ++i) set_cell(table.columns[i], row[i], job);
     const auto& scene = scenes(job.scene);
     job.has_sinks = scene.has_sinks;
-    job.id = batch_id(job, scene.text, keep.format);
+    job.id = batch_id(job, scene.identity, keep.format);
     if (!keep.format.empty()) {
       auto file = kept_file(job, keep.extension);
       if (!file) return Unexpected<SetupError>(file.error());

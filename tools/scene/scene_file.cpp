@@ -199,7 +199,7 @@ void read_shapes(const std::string& scene_file, const std::vector<std::string>& 
     auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
     if (shape == nullptr || shape->file.empty()) continue;
     const std::size_t number = shapes++;
-    const bool known = number < given.size();
+    const bool known = number < given.size() && !given[number].empty();
     if (!known) shape->file = beside_scene(scene_file, shape->file);
     auto map = known ? parse_csv_heights(given[number], shape->file, shape->pixel_mm)
                      : read_height_map(shape->file, shape->pixel_mm);
@@ -391,6 +391,16 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
   const auto checked = check(scene);
   if (!checked) return bad_input(scene.sentence(checked.error()));
   return scene;
+}
+
+std::vector<std::string> heights_of(const Scene& scene) {
+  std::vector<std::string> heights;
+  for (const Indenter& indenter : scene.model.indenters) {
+    const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
+    if (shape == nullptr || shape->file.empty()) continue;
+    heights.push_back(shape->map ? csv_heights(*shape->map) : std::string());
+  }
+  return heights;
 }
 
 Expected<Scene, SetupError> read_scene(const std::string& path) {

@@ -82,10 +82,12 @@ void flatten_if_infinite(SkinParameters& skin);
 /// wrong type. TactileModel::create checks the values.
 [[nodiscard]] Expected<Scene, SetupError> read_scene(const std::string& path);
 /// The same from the text of a scene; `name` stands for the file in messages. \param shapes  the
-/// heights of its measured shapes (parse_csv_heights), in the order of the probes, instead of their
-/// files
+/// heights of its measured shapes (heights_of), instead of their files
 [[nodiscard]] Expected<Scene, SetupError> parse_scene(const std::string& text,
                                                       const std::string& name,
                                                       const std::vector<std::string>& shapes = {});
+/// The heights of the scene's measured shapes (csv_heights), in the order of the probes; empty where
+/// the file is still to be read.
+[[nodiscard]] std::vector<std::string> heights_of(const Scene& scene);
 
 }  // namespace merkel

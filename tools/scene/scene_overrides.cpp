@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <string_view>
+#include <utility>
 #include <variant>
 
 #include "core/parameters/nearest_name.hpp"
-#include "drivers/files/height_map_file.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_table.hpp"
 
@@ -92,11 +92,15 @@ Expected<BoundField, SetupError> key_named(Scene& scene, const std::string& give
                                     : ": did you mean " + nearest + "?"));
 }
 
-Expected<Scene, SetupError> scene_of_keys(const Scene& changed,
-                                          const std::vector<std::string>& heights) {
-  // Through its text, so that the scene is what a file of these keys is. A session has the heights
-  // of its shapes, but not their files.
-  auto parsed = parse_scene(scene_text(changed), "scene", heights);
+Expected<Scene, SetupError> scene_of_keys(Scene changed, const Scene& before) {
+  // A session has the heights of its shapes, but not their files; those of another name are read.
+  for (std::size_t i = 0; i < changed.model.indenters.size(); ++i) {
+    auto* const shape = std::get_if<ShapeTip>(&changed.model.indenters[i].tip);
+    const auto* const known = std::get_if<ShapeTip>(&before.model.indenters[i].tip);
+    if (shape != nullptr && (known == nullptr || known->file != shape->file)) shape->map = nullptr;
+  }
+  // Through its text, so that the scene is what a file of these keys is.
+  auto parsed = parse_scene(scene_text(changed), "scene", heights_of(changed));
   if (!parsed) return bad_input(without_place(parsed.error().sentence, "scene"));
   parsed->file = changed.file;
   parsed->line_of.clear();
@@ -137,15 +141,7 @@ Expected<Scene, SetupError> with_overrides(const Scene& scene, const SceneOverri
   if (sets("skin.radius_mm") && !sets("skin.radius_along_mm")) {
     flatten_if_infinite(changed.model.skin);
   }
-  std::vector<std::string> heights;
-  const bool same_shapes = std::none_of(overrides.begin(), overrides.end(), [](const auto& each) {
-    return each.first.ends_with(".shape") || each.first.ends_with(".tip");
-  });
-  for (const Indenter& indenter : changed.model.indenters) {
-    const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
-    if (same_shapes && shape != nullptr && shape->map) heights.push_back(csv_heights(*shape->map));
-  }
-  return scene_of_keys(changed, heights);
+  return scene_of_keys(std::move(changed), scene);
 }
 
 }  // namespace merkel

@@ -22,9 +22,8 @@ struct NamedKey {
 [[nodiscard]] Expected<BoundField, SetupError> key_named(Scene& scene, const std::string& name);
 
 /// The scene that a file of a changed scene's keys describes: checked, and complete in its text.
-/// \param heights  of its measured shapes (csv_heights), instead of their files
-[[nodiscard]] Expected<Scene, SetupError> scene_of_keys(
-    const Scene& changed, const std::vector<std::string>& heights = {});
+/// \param before  the scene whose keys were changed: its measured shapes keep their heights
+[[nodiscard]] Expected<Scene, SetupError> scene_of_keys(Scene changed, const Scene& before);
 
 /// Names of keys and their values, as in a scene file; texts and words also without quotes.
 using SceneOverrides = std::vector<std::pair<std::string, std::string>>;

@@ -11,7 +11,6 @@
 
 #include "core/parameters/range.hpp"
 #include "core/scene/tactile_patch.hpp"
-#include "drivers/files/height_map_file.hpp"
 #include "drivers/parsed_number.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/sessions/session_samples.hpp"
@@ -102,10 +101,7 @@ RunDescription describe_run(const Scene& scene, const TactileModel& model) {
   for (const PatchParameters& patch : run.model.patches) {
     run.facts.emplace_back("receptor_seed", std::to_string(patch.receptors.seed));
   }
-  for (const Indenter& indenter : run.model.indenters) {
-    const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
-    if (shape == nullptr || !shape->map) continue;
-    std::string heights = csv_heights(*shape->map);
+  for (std::string& heights : heights_of(scene)) {
     // The replay of a larger one needs its file.
     if (heights.size() > kMaxShapeBytes) break;
     run.facts.emplace_back(kShapeFact, std::move(heights));

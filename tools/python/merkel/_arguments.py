@@ -75,6 +75,13 @@ def checked(function, name=None, is_method=True):
     return call
 
 
+def whole_or_none(**arguments):
+    """Reports an argument that is neither None nor a whole number from 1 on."""
+    for name, value in arguments.items():
+        if value is not None and (not isinstance(value, int) or value < 1):
+            raise Error(f"{name} must be a whole number of at least 1, not {value!r}")
+
+
 def checked_by_signature(function):
     """Reports a wrong or missing argument of a function of Python, as checked() does of the others."""
     signature = inspect.signature(function)

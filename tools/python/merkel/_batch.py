@@ -7,6 +7,7 @@ import numpy as np
 
 from ._batch_engine import Journal, outcomes
 from ._batch_prepare import columns, dicts, prepared
+from ._arguments import checked_by_signature, whole_or_none
 from ._merkel import Error
 
 
@@ -83,6 +84,7 @@ class Batch:
         return f"<Batch of {len(self)} jobs, {failed} failed>"
 
 
+@checked_by_signature
 def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=None):
     """Runs many jobs and returns a Batch: results in the order of the jobs, and a table with one row for each.
 
@@ -108,6 +110,7 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
     >>> [row["status"] for row in done.rows]
     ['done', 'done']
     """
+    whole_or_none(cores=cores)
     jobs = dicts(jobs)
     journal = Journal(out) if out is not None else None
     rows, kept, twins, files, with_sinks = {}, {}, {}, {}, []
@@ -155,7 +158,7 @@ def batch(jobs, executor=None, *, out=None, keep="spikes", cores=None, progress=
             journal.close()
     if with_sinks:
         warnings.warn("a batch does not open the sinks of its scenes, since all jobs would write to them: "
-                      "keep=\"csv\" or another format writes a file for each job", stacklevel=2)
+                      "keep=\"csv\" or another format writes a file for each job", stacklevel=3)
     return Batch(results)
 
 

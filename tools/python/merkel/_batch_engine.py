@@ -103,12 +103,17 @@ class Journal:
     """The folder of a batch: rows.jsonl has the outcome of each finished job, results.csv the table."""
 
     def __init__(self, folder):
+        if not os.fspath(folder):
+            raise Error("out must not be empty: name a folder, or leave it out")
         self.folder = os.path.abspath(folder)
-        os.makedirs(self.folder, exist_ok=True)
         journal, table = os.path.join(self.folder, "rows.jsonl"), os.path.join(self.folder, "results.csv")
         if os.path.lexists(table) and not os.path.lexists(journal):
             raise _foreign(table)
-        self._file = open(journal, "a+")
+        try:
+            os.makedirs(self.folder, exist_ok=True)
+            self._file = open(journal, "a+")
+        except OSError as error:
+            raise Error(f"cannot write {journal}: {error.strerror}") from None
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

@@ -1,11 +1,12 @@
 """One job of merkel.batch(), on a worker."""
 import collections
 import os
+import pickle
 import time
 
 import numpy as np
 
-from ._merkel import Error, Scene, __version__, _git_hash, presets
+from ._merkel import Error, Scene, __version__, _git_hash
 
 FORMATS = {"nwb": "nwb", "xdf": "xdf", "csv": "csv", "sonata": "h5", "gdf": "gdf"}
 EXTENSIONS = {**FORMATS, "spikes": "npz"}
@@ -16,17 +17,22 @@ _scenes = collections.OrderedDict()
 
 def _scene_of(job):
     """The scene of a job; the last ones are kept with their models, which take longer to build than to run."""
-    key = job["scene"], job["session"], tuple(job["overrides"].items())
+    key = job["scene"], tuple(job["overrides"].items())
     scene = _scenes.pop(key, None)
     if scene is None:
-        make = Scene if job["session"] or job["scene"] in presets() else Scene.from_text
-        # The jobs share the cores; the spikes are the same.
-        scene = make(job["session"] or job["scene"], overrides={**job["overrides"], "loop.threads": 1})
+        scene = pickle.loads(job["pickled"]) if job["pickled"] else Scene(job["scene"])
+        scene._override({**job["overrides"], "loop.threads": 1})  # the jobs share the cores; the spikes are the same
         scene.keep_model = True
     _scenes[key] = scene
     while len(_scenes) > _MOST_SCENES:
         _scenes.popitem(last=False)
     return scene
+
+
+def error_text(error):
+    """Why a job failed, on one line."""
+    text = str(error) if isinstance(error, Error) else f"{type(error).__name__}: {error}"
+    return " ".join(text.split())
 
 
 def run_job(job):
@@ -35,8 +41,7 @@ def run_job(job):
     try:
         kept, outcome = _run(job)
     except Exception as error:  # whatever a keep function raises is its job's failure, not the batch's
-        text = str(error) if isinstance(error, Error) else f"{type(error).__name__}: {error}"
-        return {"status": "failed", "error": " ".join(text.split())}, None
+        return {"status": "failed", "error": error_text(error)}, None
     outcome["run_s"] = round(time.perf_counter() - begin, 6)
     return outcome, kept
 

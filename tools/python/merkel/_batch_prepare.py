@@ -3,11 +3,12 @@ import copy
 import hashlib
 import numbers
 import os
+import pickle
 
 import numpy as np
 
-from ._batch_job import EXTENSIONS, FORMATS
-from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _session_jobs, _split_fragment, presets
+from ._batch_job import EXTENSIONS, FORMATS, error_text
+from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _numbers, _session_jobs, _split_fragment, _value_text, presets
 
 _KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
 _PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
@@ -27,48 +28,22 @@ def dicts(jobs):
 
 
 def _is_empty(value):
-    return value is None or (isinstance(value, float) and value != value)
-
-
-def _text(value):
-    """A value as in a scene file; texts without quotes."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, (bool, np.bool_)):
-        return "true" if value else "false"
-    if isinstance(value, numbers.Integral):
-        return str(int(value))
-    if isinstance(value, numbers.Real):
-        value = float(value)
-        return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
-    if hasattr(value, "__iter__"):
-        return "[" + ", ".join(map(_text, value)) + "]"
-    raise Error(f"a job's value cannot be {value!r}: use a number, a text or a list")
+    return value is None or type(value).__name__ == "NAType" or (isinstance(value, numbers.Real) and value != value)
 
 
 def _whole(name, value):
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or value != int(value) or value < 0:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or value % 1 != 0 or value < 0:
         raise Error(f"{name} must be a whole number from 0 on, but is {value!r}")
     return int(value)
 
 
 def _scene(given):
-    """(identity, has_sinks): the name of a preset, or a text without sinks, and whether the scene has some."""
+    """(identity, pickled, has_sinks): the name of a preset and None, or a scene without sinks, and whether it had some."""
     if not isinstance(given, Scene) and given in presets():
-        return given, False
+        return given, None, False
     scene = copy.copy(given) if isinstance(given, Scene) else Scene(given)
     has_sinks = scene._drop_sinks()
-    return scene.text, has_sinks
-
-
-def _session(given):
-    """The whole path of a session, which holds more of its scene than a text can; else None."""
-    path = None if isinstance(given, Scene) else os.path.abspath(given)
-    try:
-        with open(path or os.devnull, "rb") as file:
-            return path if file.read(4) == b"XDF:" else None
-    except OSError:
-        return None
+    return scene._identity(), pickle.dumps(scene), has_sinks
 
 
 def _probe(given):
@@ -78,7 +53,7 @@ def _probe(given):
         return uri
     whole, fragment = _split_fragment(uri)
     path, mark, options = whole[len("replay:"):].partition("?")
-    if os.path.exists(path):
+    if os.path.exists(path) or os.path.exists(path.rpartition("@")[0]):  # or a rig in a file of LabRecorder
         path = os.path.abspath(path)
     elif os.path.dirname(path) or os.path.splitext(path)[1]:
         raise Error(f"there is no recording {os.path.abspath(path)}")
@@ -87,25 +62,23 @@ def _probe(given):
 
 def prepared(number, given, keep, folder):
     """(row, job): the job's keys as a row of the table, and what a worker needs; no job if the keys are wrong."""
+    given = {name: value for name, value in given.items() if not _is_empty(value)}
     row = {"job": number, "id": "", "scene": "paper"}
     row.update((name, value if isinstance(value, (str, numbers.Number)) else str(value))
-               for name, value in given.items()
-               if not (_is_empty(value) or name in ("overrides", "press", "keep", "scene")))
-    scene = given.get("scene")
-    row["scene"] = repr(scene) if isinstance(scene, Scene) else "paper" if _is_empty(scene) else str(scene)
-    row.update((name, _text(value)) for name, value in (given.get("overrides") or {}).items())
+               for name, value in given.items() if name not in ("overrides", "press", "keep", "scene"))
+    scene = given.get("scene", "paper")
+    row["scene"] = repr(scene) if isinstance(scene, Scene) else str(scene)
     row.update(dict.fromkeys(RESULTS, ""), status="failed")
     try:
         job = _job(given, row, keep, folder)
-    except Error as error:
-        row["error"] = str(error)
+    except Exception as error:  # whatever a wrong value raises is its job's failure, not the batch's
+        row["error"] = error_text(error)
         return row, None
     row["id"] = job["id"]
     return row, job
 
 
 def _job(given, row, keep, folder):
-    given = {name: value for name, value in given.items() if not _is_empty(value)}
     overrides = dict(given.get("overrides", {}))
     for name, value in given.items():
         if "." in name:
@@ -114,11 +87,12 @@ def _job(given, row, keep, folder):
             raise Error(f"a job has no key {name}: the known ones are {', '.join(_KEYS)}, and keys of the scene such "
                         "as skin.radius_mm")
     scene = given.get("scene", "paper")
-    text, has_sinks = _scene(scene)
-    job = {"scene": text, "has_sinks": has_sinks, "session": _session(scene),
-           "overrides": {name: _text(value) for name, value in overrides.items()}, "press": None, "probe": None, "file": "",
+    identity, pickled, has_sinks = _scene(scene)
+    job = {"scene": identity, "pickled": pickled, "has_sinks": has_sinks,
+           "overrides": {name: _value_text(value) for name, value in overrides.items()}, "press": None, "probe": None, "file": "",
            "command": "", "seed": None, "duration_s": None, "folder": folder, "keep": given.get("keep", keep),
            "name": str(given.get("name", ""))}
+    row.update((name, job["overrides"][name]) for name in given.get("overrides", {}))
     if not callable(job["keep"]):
         if job["keep"] not in ("spikes", "table", *FORMATS):
             raise Error(f"keep must be a function or one of spikes, table, {', '.join(FORMATS)}, but is {job['keep']!r}")
@@ -132,7 +106,10 @@ def _job(given, row, keep, folder):
         unknown = [name for name in press if name not in _PRESS]
         if unknown:
             raise Error(f"a press has no {unknown[0]}: its arrays are {', '.join(_PRESS)}")
-        job["press"] = {name: value if name == "rate_hz" else np.asarray(value, float) for name, value in press.items()}
+        job["press"] = {name: value if name == "rate_hz" else _numbers(name, value)
+                        for name, value in press.items() if value is not None}
+        if not job["press"]:
+            raise Error(f"a press has no arrays: pass some of {', '.join(_PRESS)}")
         for name, value in sorted(job["press"].items()):
             digest = hashlib.sha256(np.ascontiguousarray(value, float).tobytes()).hexdigest()
             more += f"{name} {np.shape(value)} {digest}\n"

@@ -3,6 +3,7 @@ import collections
 import os
 import pathlib
 
+from ._arguments import checked_by_signature, whole_or_none
 from ._merkel import Error, Scene, _fit, _fit_points, _FitPart
 
 _MOST_PARTS = 64
@@ -49,6 +50,7 @@ class Fit:
         return f"<Fit: {self.cost_before:.3f} -> {self.cost_after:.3f} Hz²>"
 
 
+@checked_by_signature
 def fit(scene="goodwin", data=None, parameters=("gain_Hz_per_kPa", "fast_weight", "slow_weight"), executor=None, *,
         trials=16, evaluations=200, cores=None):
     """Fits parameters of a scene to recordings as `merkel fit` does, and returns a Fit.
@@ -66,9 +68,7 @@ def fit(scene="goodwin", data=None, parameters=("gain_Hz_per_kPa", "fast_weight"
     """
     if not isinstance(scene, Scene):
         scene = Scene(scene)
-    for name, value, least in (("trials", trials, 1), ("evaluations", evaluations, 1), ("cores", cores, 1)):
-        if value is not None and (not isinstance(value, int) or value < least):
-            raise Error(f"{name} must be a whole number of at least {least}, not {value!r}")
+    whole_or_none(trials=trials, evaluations=evaluations, cores=cores)
     if isinstance(parameters, str):
         parameters = [parameters]
     if not isinstance(parameters, (list, tuple)) or not all(isinstance(name, str) for name in parameters):

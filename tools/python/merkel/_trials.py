@@ -10,6 +10,7 @@ import typing
 
 import numpy as np
 
+from ._arguments import checked_by_signature
 from ._merkel import Error
 
 _FASTEST_HZ = 2000      # of a trace: twice the resolution of `merkel score`
@@ -66,6 +67,7 @@ class Trials(list):
         return str(folder / "recordings.json")
 
 
+@checked_by_signature
 def trials(recordings, *, force=None, depth=None, newtons_per_volt=None, mm_per_volt=None, spikes=None, tip="sphere",
            radius_mm=5.0, probe_diameter_mm=None, cite="own recordings"):
     """Presses with the recorded spikes of each trial, as a list of Press, from recordings of any laboratory.

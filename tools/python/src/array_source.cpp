@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
@@ -16,8 +17,6 @@ namespace {
 
 namespace py = pybind11;
 using std::chrono::nanoseconds;
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
 constexpr double kFastest_Hz = 1e9;
 
 /// Values by sample and probe; of a scalar or of one column, the same for every sample or probe.
@@ -25,11 +24,7 @@ class Channel {
  public:
   Channel(const char* name, const py::object& values) : name_(name) {
     if (values.is_none()) return;
-    values_ = Doubles::ensure(values);
-    if (!*values_ || values_->ndim() > 2) {
-      throw Error(std::string(name) +
-                  " must be an array of numbers: (samples,), or (samples, probes)");
-    }
+    values_ = numbers_of(name_, values);
   }
   [[nodiscard]] bool given() const { return values_.has_value(); }
   /// Nothing for a scalar.
@@ -101,7 +96,26 @@ Expected<std::size_t, SetupError> ArraySource::read(Readings& readings, std::siz
   return count;
 }
 
+Doubles numbers_of(const std::string& name, const py::object& values) {
+  if (py::hasattr(values, "mask") &&
+      py::module_::import("numpy.ma").attr("is_masked")(values).cast<bool>()) {
+    throw Error(name + " has masked values: remove these samples");
+  }
+  // Dates and durations would be counts of their own units, complex numbers lose a part.
+  const py::array any = py::array::ensure(values);
+  if (any && std::string_view("Mmc").find(any.dtype().kind()) == std::string_view::npos) {
+    if (auto numbers = Doubles::ensure(any); numbers && numbers.ndim() <= 2) return numbers;
+  }
+  throw Error(name + " must be an array of numbers: (samples,), or (samples, probes)" +
+              (any ? ", but has the dtype " + py::str(any.dtype()).cast<std::string>() : ""));
+}
+
 double mN_of(double force_N) { return *parse_number(shortest_decimal(force_N), 3); }
+
+bool PressArrays::given() const {
+  return rate_hz || !depth_mm.is_none() || !force_N.is_none() || !x_mm.is_none() ||
+         !y_mm.is_none() || !time_s.is_none();
+}
 
 std::vector<std::vector<ProbeSample>> PressArrays::samples(std::size_t probes) const {
   const Channel depth("depth_mm", depth_mm);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -31,6 +32,13 @@ class ArraySource final : public SampleSource {
   std::size_t next_ = 0;
 };
 
+using Doubles =
+    pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+
+/// The argument `name`, an array of one or two dimensions. \throws Error where its values are no
+/// real numbers
+[[nodiscard]] Doubles numbers_of(const std::string& name, const pybind11::object& values);
+
 /// A force in N as the mN that a trace with the same decimal gives.
 [[nodiscard]] double mN_of(double force_N);
 
@@ -44,7 +52,7 @@ struct PressArrays {
   pybind11::object time_s;
   std::optional<double> rate_hz;
 
-  [[nodiscard]] bool given() const { return !depth_mm.is_none() || !force_N.is_none(); }
+  [[nodiscard]] bool given() const;
   [[nodiscard]] std::vector<std::vector<ProbeSample>> samples(std::size_t probes) const;
 };
 

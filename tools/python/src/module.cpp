@@ -50,14 +50,13 @@ std::vector<std::string> list_of(const py::object& text_or_list) {
   return text_or_list.cast<std::vector<std::string>>();
 }
 
-/// A dict from names of keys to values; texts and words as str, all others as in a scene file.
+/// A dict from names of keys to values.
 SceneOverrides overrides_of(const py::object& given) {
   if (given.is_none()) return {};
+  if (!py::isinstance<py::dict>(given)) throw Error("overrides must be a dict of keys of the scene");
   SceneOverrides overrides;
   for (const auto& [key, value] : given.cast<py::dict>()) {
-    std::string text = py::str(value).cast<std::string>();
-    if (py::isinstance<py::bool_>(value)) text = value.cast<bool>() ? "true" : "false";
-    overrides.emplace_back(py::str(key).cast<std::string>(), std::move(text));
+    overrides.emplace_back(py::str(key).cast<std::string>(), value_text(value));
   }
   return overrides;
 }
@@ -150,10 +149,25 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
       .def(
           "_drop_sinks", [](SceneObject& scene) { return drop_sinks(scene.scene()); },
           "drop_sinks() of tools/batch/batch_job.hpp.")
+      .def(
+          "_identity", [](const SceneObject& scene) { return scene_identity(scene.scene()); },
+          "scene_identity() of tools/batch/batch_identity.hpp.")
+      .def(
+          "_override",
+          [](SceneObject& scene, const py::object& overrides) {
+            scene.override_keys(overrides_of(overrides));
+          },
+          "Sets keys as the argument overrides of Scene() does.")
       .def("__copy__", [](const SceneObject& scene) { return scene; })
       .def(py::pickle(
-          [](const SceneObject& scene) { return py::str(scene_text(scene.scene())); },
-          [](const py::str& text) { return SceneObject::of_text(text.cast<std::string>()); }))
+          [](const SceneObject& scene) {
+            return py::make_tuple(scene_text(scene.scene()), heights_of(scene.scene()));
+          },
+          [](const py::tuple& state) {
+            if (state.size() != 2) throw Error("this pickled Scene is of another version of merkel");
+            return SceneObject(or_throw(parse_scene(state[0].cast<std::string>(), "scene",
+                                                    state[1].cast<std::vector<std::string>>())));
+          }))
       .def("__deepcopy__", [](const SceneObject& scene, const py::dict&) { return scene; })
       .def("__repr__", [](const SceneObject& scene) {
         const std::string& file = scene.scene().file;
@@ -185,6 +199,8 @@ PYBIND11_MODULE(_merkel, module) {
                         scene, kept, more);
       },
       "batch_id() of tools/batch/batch_identity.hpp.");
+  module.def("_numbers", &numbers_of, "numbers_of() of array_source.hpp.");
+  module.def("_value_text", &value_text, "value_text() of scene_object.hpp.");
   module.def("_split_fragment", &split_fragment, "split_fragment() of channel_selection.hpp.");
   module.def(
       "_batch_command",

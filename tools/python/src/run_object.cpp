@@ -44,16 +44,21 @@ class Collector final : public Sink {
     return kKinds<SpikeEvent, StimulationCommand>;
   }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
+    hash_.add(batch.spikes);
     for (const SpikeEvent& spike : batch.spikes) run_.spikes.push_back(row_of(spike, {}));
     for (const StimulationCommand& each : batch.commands)
       run_.stimulation.push_back(row_of(each, {}));
     return {};
   }
-  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    run_.spike_hash = hash_.text();
+    return {};
+  }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return run_.spikes.size(); }
 
  private:
   RunObject& run_;
+  SpikeHash hash_;
   std::string uri_ = "python";
 };
 
@@ -175,13 +180,6 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   return result;
 }
 
-std::string RunObject::spike_hash() const {
-  SpikeHash hash;
-  for (const SpikeRow& spike : spikes)
-    hash.add(std::llround(time_s_of(spike) * 1e9), neuron_of(spike));
-  return hash.text();
-}
-
 py::array_t<double> RunObject::times(std::uint32_t neuron) const {
   if (neuron == 0 || neuron > afferents.size()) {
     throw Error("there is no neuron " + std::to_string(neuron) +
@@ -249,11 +247,12 @@ void read_rows(const py::handle& bytes, std::vector<Row>& rows) {
 
 py::tuple state_of(const RunObject& run) {
   return py::make_tuple(bytes_of(run.spikes), bytes_of(run.stimulation), bytes_of(run.afferents),
-                        run.start_s, run.duration_s, run.counters, run.notices, run.verdict);
+                        run.start_s, run.duration_s, run.counters, run.notices, run.verdict,
+                        run.spike_hash);
 }
 
 RunObject run_of(const py::tuple& state) {
-  if (state.size() != 8) throw Error("this pickled Run is of another version of merkel");
+  if (state.size() != 9) throw Error("this pickled Run is of another version of merkel");
   RunObject run;
   read_rows(state[0], run.spikes);
   read_rows(state[1], run.stimulation);
@@ -263,6 +262,7 @@ RunObject run_of(const py::tuple& state) {
   run.counters = state[5].cast<std::map<std::string, std::uint64_t>>();
   run.notices = state[6].cast<std::vector<std::string>>();
   run.verdict = state[7].cast<std::string>();
+  run.spike_hash = state[8].cast<std::string>();
   return run;
 }
 
@@ -287,7 +287,7 @@ void add_run(py::module_& module) {
       .def_readonly("notices", &RunObject::notices, "Messages for the user.")
       .def_readonly("verdict", &RunObject::verdict,
                     "What was lost and what to do, as `merkel run` reports it; ok if nothing was.")
-      .def_property_readonly(
+      .def_readonly(
           "spike_hash", &RunObject::spike_hash,
           "A hash of the times and neurons of all spikes: equal runs have the same one.")
       .def(

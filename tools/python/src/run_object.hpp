@@ -29,9 +29,8 @@ struct RunObject {
   std::map<std::string, std::uint64_t> counters;
   std::vector<std::string> notices;
   std::string verdict;
+  std::string spike_hash;  ///< SpikeHash of the spikes
 
-  /// SpikeHash of the spikes.
-  [[nodiscard]] std::string spike_hash() const;
   /// Spike times of one neuron, from 1. \throws Error where there is no such neuron
   [[nodiscard]] pybind11::array_t<double> times(std::uint32_t neuron) const;
   /// Rates in Hz: (bins, afferents).

@@ -21,6 +21,24 @@ namespace {
 
 namespace py = pybind11;
 
+/// Python's and numpy's truth values.
+bool is_truth(const py::handle& value) {
+  return py::isinstance<py::bool_>(value) ||
+         py::isinstance(value, py::module_::import("numpy").attr("bool_"));
+}
+
+/// Python's and numpy's whole numbers; True is none.
+bool is_whole(const py::handle& value) {
+  return !is_truth(value) && PyIndex_Check(value.ptr()) != 0;
+}
+
+/// The same for all real numbers; an array is none.
+bool is_number(const py::handle& value) {
+  const auto* const numbers = Py_TYPE(value.ptr())->tp_as_number;
+  if (is_truth(value) || (py::hasattr(value, "__iter__") && py::len_hint(value) > 0)) return false;
+  return is_whole(value) || (numbers != nullptr && numbers->nb_float != nullptr);
+}
+
 struct ToPython {
   const BoundField& key;
 
@@ -57,13 +75,13 @@ struct FromPython {
   py::handle value;
 
   bool operator()(double& to) const {
-    if (!py::isinstance<py::float_>(value) && !is_whole()) return false;
-    to = value.cast<double>();
+    if (!is_number(value)) return false;
+    to = py::float_(py::reinterpret_borrow<py::object>(value));
     return true;
   }
   bool operator()(bool& to) const {
-    if (!py::isinstance<py::bool_>(value)) return false;
-    to = value.cast<bool>();
+    if (!is_truth(value)) return false;
+    to = py::bool_(py::reinterpret_borrow<py::object>(value));
     return true;
   }
   bool operator()(std::string& to) const {
@@ -74,7 +92,7 @@ struct FromPython {
   template <class Whole>
   requires std::is_integral_v<Whole>
   bool operator()(Whole& to) const {
-    if (!is_whole()) return false;
+    if (!is_whole(value)) return false;
     to = value.cast<Whole>();  // throws where it does not fit
     return true;
   }
@@ -121,12 +139,6 @@ struct FromPython {
     }
     choice.set(choice.value, static_cast<std::size_t>(found - key.words.begin()));
     return true;
-  }
-
- private:
-  /// Python's and numpy's whole numbers; True is none.
-  [[nodiscard]] bool is_whole() const {
-    return !py::isinstance<py::bool_>(value) && PyIndex_Check(value.ptr()) != 0;
   }
 };
 
@@ -190,10 +202,31 @@ void SceneObject::set(const std::string& name, const py::handle& value) {
   } catch (const Error& error) {
     throw Error(name + " " + error.what());
   } catch (const py::cast_error&) {
-    throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is too large");
+    throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is out of range");
   }
   if (name == "skin.radius_mm") flatten_if_infinite(changed.model.skin);
-  scene_ = or_throw(scene_of_keys(changed));
+  scene_ = or_throw(scene_of_keys(std::move(changed), scene_));
+}
+
+std::string value_text(const py::handle& value) {
+  if (py::isinstance<py::str>(value)) return value.cast<std::string>();
+  const auto object = py::reinterpret_borrow<py::object>(value);
+  if (is_truth(value)) return py::bool_(object) ? "true" : "false";
+  if (is_number(value)) {
+    if (is_whole(value)) return py::str(py::int_(object));
+    constexpr double kExact = 9007199254740992.0;
+    const double number = py::float_(object);
+    if (number != std::trunc(number) || !(std::fabs(number) < kExact))
+      return shortest_decimal(number);
+    return std::to_string(static_cast<std::int64_t>(number));
+  }
+  if (!py::isinstance<py::iterable>(value)) {
+    throw Error("a value cannot be " + py::repr(value).cast<std::string>() +
+                ": use a number, a text or a list");
+  }
+  std::string list;
+  for (const py::handle each : object) list += (list.empty() ? "" : ", ") + value_text(each);
+  return "[" + list + "]";
 }
 
 void SceneObject::override_keys(const SceneOverrides& overrides) {

@@ -48,6 +48,10 @@ class SceneObject {
   std::optional<ModelCache> models_;
 };
 
+/// A value as in a scene file; texts and words without quotes. \throws Error where it is neither a
+/// number, a text nor a list
+[[nodiscard]] std::string value_text(const pybind11::handle& value);
+
 /// Adds the tables of scenes, as in `scene.skin.radius_mm`, to the module.
 void add_tables(pybind11::module_& module);
 
