@@ -46,6 +46,19 @@ class Guides(unittest.TestCase):
                 for name in re.findall(r"(?:--out |--sink \w[\w-]*:)(\S+)", script):
                     self.assertGreater(pathlib.Path(folder, name).stat().st_size, 100, name)
 
+    def test_each_number_of_afferents_that_a_guide_sets_is_another_one(self):
+        def afferents(*options):
+            run = subprocess.run([PROGRAM, "run", *options, "--fast", "--duration-s", "0.001"], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            return re.search(r"of (\d+) fired", run.stdout).group(1)
+        found = 0
+        for guide, scenes in (("gauge", ["goodwin", "finger"]), ("hand", ["hand_electrodes", "taxel_array"])):
+            keys = re.findall(r"--set (receptors\S*=\d+)", (GUIDES / f"{guide}.md").read_text())
+            for key, scene in zip(keys * (len(scenes) // max(1, len(keys))), scenes):
+                self.assertNotEqual(afferents(scene, "--set", key), afferents(scene), f"{scene}: {key}")
+                found += 1
+        self.assertEqual(found, 4)
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1])
