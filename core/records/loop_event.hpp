@@ -23,6 +23,10 @@ struct LoopEvent {
   std::uint32_t subject = 0;           ///< probe number from 0; neuron number from 1
   Kind kind = Kind::kRelease;
 
+  /// Where the length begins: at a gap, but before a resume and kZeroCertain.
+  [[nodiscard]] constexpr std::chrono::nanoseconds begin() const noexcept {
+    return kind == Kind::kResume || kind == Kind::kZeroCertain ? time - length : time;
+  }
   friend bool operator==(const LoopEvent&, const LoopEvent&) = default;
 };
 

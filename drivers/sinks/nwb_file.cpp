@@ -198,7 +198,7 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
       sent[e]->add(time_s(item), item.command, item.sent);
     }
     for (const LoopEvent& event : batch.events) {
-      const double start_s = time_s(event);
+      const double start_s = source.time.s(event.begin());
       found.events.push_back({.start_s = start_s,
                               .stop_s = start_s + units::s_from(event.length),
                               .label = std::string(name_of(event.kind)),
@@ -363,8 +363,10 @@ Expected<void, std::string> write_nwb(const std::string& path, const NwbContent&
                     "probe");
     write_intervals(file, "sync", "pulses of the sync lines of the devices", found.pulses, "line",
                     "probe");
-    write_intervals(file, "events", "outages, gaps of the simulation, neurons reset", found.events,
-                    "kind", "subject");
+    write_intervals(file, "events",
+                    "outages, gaps of the simulation, neurons reset; resume and zero_certain with "
+                    "the time that they end",
+                    found.events, "kind", "subject");
   });
 }
 

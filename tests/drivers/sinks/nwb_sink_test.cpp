@@ -210,6 +210,26 @@ TEST(NwbSink, EachSeriesHasAPathWhateverColumnsAndElectrodesAreCalled) {
   EXPECT_EQ(file.numbers(series + "electrode_E1_sent_amplitude_2/data"), Numbers{30.0});
 }
 
+TEST(NwbSink, AnOutageIsTheTimeBeforeItsResume) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path("s.nwb");
+  {
+    const auto sink = open_sink("nwb:" + path, setup_with({}));
+    ASSERT_TRUE(sink) << sink.error().sentence;
+    using Event = LoopEvent::Kind;
+    const std::vector<LoopEvent> events = {
+        {.time = milliseconds{1050}, .kind = Event::kRelease},
+        {.time = milliseconds{1800}, .length = milliseconds{800}, .kind = Event::kResume},
+        {.time = milliseconds{3000}, .length = milliseconds{500}, .kind = Event::kZeroCertain},
+        {.time = milliseconds{4000}, .length = milliseconds{250}, .kind = Event::kGap}};
+    ASSERT_TRUE((*sink)->write({.events = events}));
+    ASSERT_TRUE((*sink)->close());
+  }
+  const Hdf5Reader file(path);
+  EXPECT_EQ(file.numbers("/intervals/events/start_time"), (Numbers{1.0, 1.05, 2.5, 4.0}));
+  EXPECT_EQ(file.numbers("/intervals/events/stop_time"), (Numbers{1.8, 1.05, 3.0, 4.25}));
+}
+
 /// Of a trace with its zero at a stimulus, or of a rig that began before that of the first session.
 TEST(NwbSink, IntervalsBeforeTimeZeroKeepTheirTimes) {
   const TemporaryFolder folder;
