@@ -123,7 +123,7 @@ CLI::Validator in_range(CommandLine::Range range) {
             const double value = std::strtod(text.c_str(), &end);
             if (text.empty() || *end != '\0') return "must be a number, but is " + text;
             if (value >= range.low && value <= range.high) return {};
-            return "must be " + (limits.empty() ? "in range" : limits) + ", but is " + text;
+            return fmt::format("must be from {:g} to {:g}, but is {}", range.low, range.high, text);
           },
           limits};
 }

@@ -351,13 +351,14 @@ class Program(Case):
 
     def test_failures_are_rows_and_the_exit_code_is_1(self):
         jobs = self.jobs([{"probe": "replay:" + TRACE}, {"probe": "replay:" + TRACE, "skin.radus_mm": 8},
-                          {"scene": "gudwin"}, {"seed": "a,b"}])
+                          {"scene": "gudwin"}, {"seed": "a,b"}, {"probe": "replay:" + TRACE, "seed": "9223372036854775807"},
+                          {"seed": "9223372036854775808"}])
         done = self.batch(jobs, "--out", self.folder / "out", exit_code=1)
-        self.assertIn("1 of 4 jobs done, 3 failed", done.stderr)
+        self.assertIn("2 of 6 jobs done, 4 failed", done.stderr)
         self.assertIn("job 1: the scene has no key skin.radus_mm: did you mean skin.radius_mm?", done.stderr)
         rows = self.table(self.folder / "out")
-        self.assertEqual([row["status"] for row in rows], ["done", "failed", "failed", "failed"])
-        self.assertEqual(rows[3]["error"], "seed must be a whole number from 0 on, but is a,b")
+        self.assertEqual([row["status"] for row in rows], ["done", "failed", "failed", "failed", "done", "failed"])
+        self.assertEqual(rows[3]["error"], "seed must be a whole number from 0 to 9223372036854775807, but is a,b")
 
     def test_wrong_tables_are_refused_with_the_line(self):
         for text, sentence in (("", "is empty"), ("scene,prob\n", 'a column "prob": did you mean probe'),

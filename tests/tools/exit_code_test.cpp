@@ -83,6 +83,7 @@ TEST(CommandLineOptions, TakeOneValueAndNameTheirLimits) {
           {{"run", "--fast", "--seed", "9223372036854775808"}, 2, "to 9223372036854775807, but is"},
           {{"run", "--fast", "--seed", "99999999999999999999"}, 2, "but is 99999999999999999999"},
           {{"run", "--fast", "--seed", "0x10"}, 2, "but is 0x10"},
+          {{"run", "--fast", "--duration-s", "inf"}, 2, "must be from 1e-06 to 1e+09, but is inf"},
           {{"run", "--fast", "--record", ""}, 2, "--record: must not be empty"},
           {{"run", "", "--fast"}, 2, "scene: must not be empty"},
           {{"batch", "jobs.csv", "--out", ""}, 2, "--out: must not be empty"},

@@ -10,10 +10,14 @@
 #include <set>
 #include <system_error>
 
+#include <fmt/core.h>
+
+#include "core/parameters/field.hpp"
 #include "core/parameters/nearest_name.hpp"
 #include "core/records/spike_hash.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
+#include "drivers/parsed_number.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sessions/session_samples.hpp"
 #include "drivers/sinks/open_sink.hpp"
@@ -67,10 +71,12 @@ void set_cell(const std::string& column, const std::string& cell, BatchJob& job)
   } else if (column == "probe") {
     job.probe = cell;
   } else if (column == "seed") {
-    if (!number || !(*number >= 0.0 && *number < 9e15) || *number != std::floor(*number)) {
-      job.error = "seed must be a whole number from 0 on, but is " + cell;
-    } else {
-      job.seed = static_cast<std::uint64_t>(*number);
+    // Also 7.0: other programs write whole numbers of a table so.
+    const bool whole = number && *number == std::floor(*number) && std::fabs(*number) < 9e15;
+    job.seed = parsed_number<std::uint64_t>(whole ? fmt::format("{:.0f}", *number) : cell);
+    if (!job.seed || *job.seed > kMaxSeed) {
+      job.error =
+          fmt::format("seed must be a whole number from 0 to {}, but is {}", kMaxSeed, cell);
     }
   } else if (column == "duration_s") {
     if (!number || !(*number >= 1e-6 && *number <= 1e9)) {
