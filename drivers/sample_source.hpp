@@ -39,6 +39,9 @@ class SampleSource {
   /// before the fault are added.
   [[nodiscard]] virtual Expected<std::size_t, SetupError> read(Readings& readings,
                                                                std::size_t most) = 0;
+
+ protected:
+  SampleSource(SampleSource&&) = default;
 };
 
 }  // namespace merkel

@@ -48,32 +48,6 @@ nanoseconds validity_of(std::span<const ReadingHead> samples, std::optional<nano
   return SampleMeter::stale_after(*period);
 }
 
-/// A trace file.
-class TraceSource final : public SampleSource {
- public:
-  explicit TraceSource(TraceReader reader) : reader_(std::move(reader)) {}
-
-  [[nodiscard]] std::optional<RecordedRun> run() const override {
-    const auto start = reader_.start();
-    return start ? std::optional(RecordedRun{.start = *start}) : std::nullopt;
-  }
-
-  [[nodiscard]] std::uint32_t channels() const noexcept override { return reader_.channels(); }
-  [[nodiscard]] ProbeColumns columns() const override { return reader_.columns(); }
-  [[nodiscard]] bool has_validity() const noexcept override { return reader_.has_validity(); }
-  [[nodiscard]] std::vector<std::string> extra_columns() const override {
-    return reader_.extra_columns();
-  }
-  [[nodiscard]] std::vector<std::string> take_notices() override { return reader_.take_notices(); }
-  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings,
-                                                       std::size_t most) override {
-    return reader_.read(readings, most);
-  }
-
- private:
-  TraceReader reader_;
-};
-
 Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::string& path,
                                                                 std::int64_t probe,
                                                                 UnitFactors factors) {
@@ -91,7 +65,7 @@ Expected<std::unique_ptr<SampleSource>, SetupError> open_source(const std::strin
   }
   auto reader = TraceReader::open(path, std::move(factors));
   if (!reader) return Unexpected<SetupError>(reader.error());
-  return std::make_unique<TraceSource>(std::move(*reader));
+  return std::make_unique<TraceReader>(std::move(*reader));
 }
 
 }  // namespace

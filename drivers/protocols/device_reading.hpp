@@ -30,6 +30,10 @@ inline constexpr std::size_t kDeviceChannels = 8;
 inline constexpr std::array<std::string_view, kDeviceChannels> kDeviceChannelNames = {
     "force", "force_x", "force_y", "force_z", "depth", "x", "y", "z"};
 
+/// The channels of a device that correspond to those of a sample, in the order of kProbeChannels.
+inline constexpr std::array<DeviceChannel, 4> kPressChannels = {
+    DeviceChannel::kDepth, DeviceChannel::kForce, DeviceChannel::kX, DeviceChannel::kY};
+
 /// The channels with names of their own, numbered from 0.
 [[nodiscard]] constexpr DeviceChannel named_channel(std::size_t number) noexcept {
   return static_cast<DeviceChannel>(kDeviceChannels + number);

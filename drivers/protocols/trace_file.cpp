@@ -18,30 +18,25 @@
 #include "drivers/parsed_number.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
 namespace {
 
 const std::array<std::string, 5> kColumnNames = {"time_s", "depth_mm", "force_N", "x_mm", "y_mm"};
-constexpr std::array<std::uint32_t, 5> kColumnChannels = {
-    0, ProbeSample::kDepth, ProbeSample::kForce, ProbeSample::kX, ProbeSample::kY};
-constexpr std::array<DeviceChannel, 4> kColumnOf = {DeviceChannel::kDepth, DeviceChannel::kForce,
-                                                    DeviceChannel::kX, DeviceChannel::kY};
-constexpr std::string_view kValidity = "# valid_for_s=";
 constexpr std::string_view kTraceStart = "# start_device_ns=";
 constexpr std::string_view kTraceOffset = "# time_offset_ns=";
-constexpr int kMilliPerUnit = 3;  // N in the file, mN in samples: the power of ten
 // Between the start of a run and its first sample.
 constexpr double kTraceBeginning_ns = 1e8;
 constexpr std::int64_t kLatestTraceTime_ns = 4'000'000'000'000'000'000;
 
-/// ProbeSample::Channel bit of what the model uses; else 0.
-std::uint32_t sample_channel_of(DeviceChannel channel) noexcept {
-  const auto found = std::ranges::find(kColumnOf, channel);
-  return found == kColumnOf.end()
-             ? 0U
-             : kColumnChannels[1U + static_cast<std::size_t>(found - kColumnOf.begin())];
+/// What the model uses; else null.
+const SampleChannel* sample_channel_of(DeviceChannel channel) noexcept {
+  const auto found = std::ranges::find(kPressChannels, channel);
+  return found == kPressChannels.end()
+             ? nullptr
+             : &kProbeChannels[static_cast<std::size_t>(found - kPressChannels.begin())];
 }
 
 /// A column that the model does not use.
@@ -75,8 +70,9 @@ Expected<CsvColumn, SetupError> TraceReader::column_named(const std::string& nam
     further.set_factor(named->factor);
     return further;
   }
-  if (sample_channel_of(named->channel) == 0) return further;
-  if (named->channel == DeviceChannel::kForce) named->power += kMilliPerUnit;
+  const SampleChannel* channel = sample_channel_of(named->channel);
+  if (channel == nullptr) return further;
+  named->power -= channel->power;
   return std::move(*named);
 }
 
@@ -194,7 +190,9 @@ Expected<void, SetupError> TraceReader::add_column(const std::string& name) {
     add_extra_column(is_further(*column) ? std::move(*column) : further_column(name));
     return {};
   }
-  if (column->kind == CsvColumn::Kind::kValue) channels_ |= sample_channel_of(column->channel);
+  if (column->kind == CsvColumn::Kind::kValue) {
+    channels_ |= sample_channel_of(column->channel)->bit;
+  }
   columns_.push_back(std::move(*column));
   return {};
 }
@@ -248,8 +246,8 @@ void TraceReader::read_comment(std::string_view line) {
   };
   read_ns(kTraceStart, start_device_ns_);
   read_ns(kTraceOffset, time_offset_ns_);
-  if (!line.starts_with(kValidity)) return;
-  const auto time = parse_seconds(line.substr(kValidity.size()));
+  if (!line.starts_with(kValidityComment)) return;
+  const auto time = parse_seconds(line.substr(kValidityComment.size()));
   if (time && time->count() >= 0) valid_for_ = *time;
 }
 
@@ -260,6 +258,11 @@ std::optional<std::chrono::nanoseconds> TraceReader::start() const noexcept {
       static_cast<double>(first_time_->count()) - static_cast<double>(start.count());
   if (std::fabs(since_ns) > kTraceBeginning_ns) return std::nullopt;
   return start;
+}
+
+std::optional<RecordedRun> TraceReader::run() const {
+  const auto start = this->start();
+  return start ? std::optional(RecordedRun{.start = *start}) : std::nullopt;
 }
 
 /// Why a value of the row cannot be used; empty: it can.
@@ -319,18 +322,15 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
   }
   last_time_ = *reading_.device_time;
   if (rows_ == 0) first_time_ = last_time_;
-  const auto value = [&](DeviceChannel channel) {
-    return reading_.has(channel) ? reading_[channel] : 0.0;
-  };
-  const ProbeSample sample{.time = last_time_,
-                           .arrival = last_time_,
-                           .depth_mm = value(DeviceChannel::kDepth),
-                           .force_mN = value(DeviceChannel::kForce),
-                           .x_mm = value(DeviceChannel::kX),
-                           .y_mm = value(DeviceChannel::kY),
-                           .sequence = rows_++,
-                           .channels = channels_,
-                           .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
+  ProbeSample sample{.time = last_time_,
+                     .arrival = last_time_,
+                     .sequence = rows_++,
+                     .channels = channels_,
+                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
+  for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
+    if (kProbeChannels[i].in(channels_))
+      sample.*kProbeChannels[i].member = reading_[kPressChannels[i]];
+  }
   head = head_of(sample);
   const ProbeColumns places = columns();
   places.put(sample, row);
@@ -389,88 +389,6 @@ std::string pressure_text(float kPa) {
   const auto [end, error] =
       std::to_chars(digits.data(), digits.data() + digits.size(), kPa, std::chars_format::fixed);
   return {digits.data(), error == std::errc{} ? end : digits.data()};
-}
-
-TraceWriter::TraceWriter(OutputFile file, std::uint32_t channels, std::string head)
-    : file_(std::move(file)), channels_(channels), head_(std::move(head)) {}
-
-Expected<void, SetupError> TraceWriter::result_of(bool succeeded) const {
-  if (!succeeded) return unavailable(file_.error());
-  return {};
-}
-
-Expected<TraceWriter, SetupError> TraceWriter::create(
-    const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
-    bool overwrite, const OutputFile::Notice& notice, std::span<const std::string> extra_columns,
-    std::size_t taxels) {
-  auto file = OutputFile::create(path, overwrite, notice);
-  if (!file) return Unexpected<SetupError>(file.error());
-  std::string head;
-  for (const std::string& line : comment) head += "# " + line + "\n";
-  TraceWriter writer(std::move(*file), channels, std::move(head));
-  for (const std::string& name : extra_columns) {  // a session may hold any text
-    writer.extra_columns_.push_back(printable_column(name));
-  }
-  writer.taxels_ = taxels;
-  return writer;
-}
-
-Expected<void, SetupError> TraceWriter::write_header(std::span<const std::string> comment) {
-  std::string head = std::exchange(head_, {});
-  for (const std::string& line : comment) head += "# " + line + "\n";
-  head += kColumnNames[0];
-  for (std::size_t i = 1; i < kColumnNames.size(); ++i) {
-    if ((channels_ & kColumnChannels[i]) != 0U) head += "," + kColumnNames[i];
-  }
-  for (const std::string& name : extra_columns_) head += "," + name;
-  for (std::size_t i = 1; i <= taxels_; ++i) head += ",taxel" + std::to_string(i) + "_kPa";
-  header_written_ = true;
-  const bool written = file_.write(head + "\n");
-  file_.end_header();
-  return result_of(written);
-}
-
-Expected<void, SetupError> TraceWriter::write(std::span<const ProbeSample> samples,
-                                              std::span<const double> others) {
-  if (!header_written_) {
-    if (auto head = write_header({}); !head) return head;
-  }
-  std::string rows;
-  for (const ProbeSample& sample : samples) {
-    if (sample.valid_for != valid_for_) {
-      valid_for_ = sample.valid_for;
-      rows += kValidity;
-      append_seconds(rows, valid_for_);
-      rows += '\n';
-    }
-    append_seconds(rows, sample.time);
-    const auto append = [&](std::uint32_t channel, double value, int shift = 0) {
-      if ((channels_ & channel) != 0U) rows += "," + shifted_decimal(value, shift);
-    };
-    append(ProbeSample::kDepth, sample.depth_mm);
-    append(ProbeSample::kForce, sample.force_mN, -kMilliPerUnit);
-    append(ProbeSample::kX, sample.x_mm);
-    append(ProbeSample::kY, sample.y_mm);
-    for (std::size_t i = 0; i < extra_columns_.size() + taxels_; ++i) {
-      rows += ',';
-      if (i >= others.size()) continue;
-      const bool taxel = i >= extra_columns_.size();
-      if (taxel) rows += pressure_text(static_cast<float>(others[i]));
-      if (!taxel && !std::isnan(others[i])) rows += shifted_decimal(others[i], 0);
-    }
-    others = others.subspan(std::min(extra_columns_.size() + taxels_, others.size()));
-    rows += '\n';
-  }
-  return result_of(file_.write(rows));
-}
-
-Expected<void, SetupError> TraceWriter::flush() { return result_of(file_.flush()); }
-
-Expected<void, SetupError> TraceWriter::close() {
-  if (!header_written_) {
-    if (auto head = write_header({}); !head) return head;
-  }
-  return result_of(file_.close());
 }
 
 }  // namespace merkel

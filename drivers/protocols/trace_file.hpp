@@ -13,9 +13,9 @@
 #include "core/expected.hpp"
 #include "core/records/readings.hpp"
 #include "drivers/files/line_reader.hpp"
-#include "drivers/files/output_file.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/unit_factors.hpp"
+#include "drivers/sample_source.hpp"
 
 namespace merkel {
 
@@ -28,7 +28,7 @@ namespace merkel {
 /// A comment `# valid_for_s=0.05` sets the validity of the samples after it
 /// (ProbeSample::valid_for); the comments of TimeBase::facts() before the header hold the start of
 /// the run that recorded it. Streams: memory is bounded.
-class TraceReader {
+class TraceReader final : public SampleSource {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
   /// \param factors  of columns in volts or counts; a force, depth or position without its own is
@@ -36,31 +36,30 @@ class TraceReader {
   [[nodiscard]] static Expected<TraceReader, SetupError> open(const std::string& path,
                                                               UnitFactors factors = {});
 
-  /// ProbeSample::Channel bits of every sample.
-  [[nodiscard]] std::uint32_t channels() const noexcept { return channels_; }
-  /// Of its rows.
-  [[nodiscard]] ProbeColumns columns() const noexcept {
+  [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
+  [[nodiscard]] ProbeColumns columns() const noexcept override {
     return {.further = extra_columns_.size(), .taxels = taxels_.size()};
   }
   /// True if a valid_for_s comment has been read.
-  [[nodiscard]] bool has_validity() const noexcept { return valid_for_.has_value(); }
+  [[nodiscard]] bool has_validity() const noexcept override { return valid_for_.has_value(); }
 
   /// When the first tick of the run that recorded the trace began, in its time; if known. Valid
   /// after read(), because a trace without its beginning has another start.
   [[nodiscard]] std::optional<std::chrono::nanoseconds> start() const noexcept;
+  [[nodiscard]] std::optional<RecordedRun> run() const override;
 
-  /// Names of the further columns, in order.
-  [[nodiscard]] const std::vector<std::string>& extra_columns() const noexcept {
-    return extra_columns_;
-  }
+  [[nodiscard]] std::vector<std::string> extra_columns() const override { return extra_columns_; }
   /// Names of the taxels of a tactile array, in order.
   [[nodiscard]] const std::vector<std::string>& taxels() const noexcept { return taxels_; }
   /// Sentences for the user since the last call: columns that are not used or not kept.
-  [[nodiscard]] std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
+  [[nodiscard]] std::vector<std::string> take_notices() override {
+    return std::exchange(notices_, {});
+  }
 
   /// Adds up to `most` samples, with columns(); 0 is the end. Fails with file, line and what to
   /// fix; the samples before that line are added.
-  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings, std::size_t most);
+  [[nodiscard]] Expected<std::size_t, SetupError> read(Readings& readings,
+                                                       std::size_t most) override;
   /// The same, without further columns and taxels.
   [[nodiscard]] Expected<std::size_t, SetupError> read(std::span<ProbeSample> samples);
 
@@ -101,44 +100,10 @@ class TraceReader {
   std::optional<std::int64_t> time_offset_ns_;
 };
 
+/// A comment of a trace that sets the validity of the samples after it, up to its time in seconds.
+inline constexpr std::string_view kValidityComment = "# valid_for_s=";
+
 /// The shortest decimal that reads back as the same pressure of a taxel.
 [[nodiscard]] std::string pressure_text(float kPa);
-
-/// Writes a trace. TraceReader reads back bit-identical samples.
-class TraceWriter {
- public:
-  /// Errors as for OutputFile::create().
-  /// \param comment  lines of the file's header, without their '#'
-  /// \param taxels  of a tactile array
-  [[nodiscard]] static Expected<TraceWriter, SetupError> create(
-      const std::string& path, std::uint32_t channels, std::span<const std::string> comment,
-      bool overwrite, const OutputFile::Notice& notice = {},
-      std::span<const std::string> extra_columns = {}, std::size_t taxels = 0);
-
-  /// Completes the header: further comment lines, then the column names. If it was not called,
-  /// write() does so.
-  [[nodiscard]] Expected<void, SetupError> write_header(std::span<const std::string> comment);
-  /// \param others  a row for each sample: the further columns, then the pressures of the taxels
-  [[nodiscard]] Expected<void, SetupError> write(std::span<const ProbeSample> samples,
-                                                 std::span<const double> others = {});
-  /// Writes out buffered rows. If this or write() is called ten times a second, rows are written
-  /// out within 200 ms.
-  [[nodiscard]] Expected<void, SetupError> flush();
-  /// Flushes and renames the file to its final name.
-  [[nodiscard]] Expected<void, SetupError> close();
-  /// See OutputFile::give_up(). Thread: any.
-  void give_up() noexcept { file_.give_up(); }
-
- private:
-  TraceWriter(OutputFile file, std::uint32_t channels, std::string head);
-  Expected<void, SetupError> result_of(bool succeeded) const;
-  OutputFile file_;
-  std::uint32_t channels_;
-  std::chrono::nanoseconds valid_for_{0};
-  std::string head_;  ///< not yet written
-  std::vector<std::string> extra_columns_;
-  std::size_t taxels_ = 0;
-  bool header_written_ = false;
-};
 
 }  // namespace merkel

@@ -1,96 +1,112 @@
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "drivers/files/csv_text.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/protocols/trace_file.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sessions/session_samples.hpp"
+#include "drivers/sinks/file_sink.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/time_base.hpp"
 
 namespace merkel {
 namespace {
 
-/// Writes the samples of the run's probe as a trace. A replay of the trace produces the same
-/// spikes.
-class TraceSink final : public Sink {
+/// Writes the samples of the run's probe as a trace, which TraceReader reads back bit-identical. A
+/// replay of the trace produces the same spikes.
+class TraceSink final : public FileSink {
  public:
-  /// \param run  in which the samples were recorded, if known
-  TraceSink(std::string uri, TraceWriter trace, TimeBase time,
-            const std::optional<RecordedRun>& run, std::size_t taxels)
-      : uri_(std::move(uri)),
-        trace_(std::move(trace)),
+  /// \param head  comment lines of the file
+  TraceSink(std::string uri, OutputFile file, TimeBase time, std::string head,
+            const ProbeInfo& probe, std::size_t taxels)
+      : FileSink(std::move(uri), std::move(file)),
         time_(time),
-        run_(run),
+        head_(std::move(head)),
+        channels_(probe.channels),
+        run_(probe.run),
+        further_(probe.extra_columns),
         pressures_kPa_(taxels) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, DeliveredSample, TaxelBlock>;
   }
 
-  [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    if (std::exchange(header_written_, true)) return {};
-    time_.set(origin);
-    std::vector<std::string> comment;
-    if (!time_.plain()) {
-      for (const auto& [name, value] : time_.facts()) comment.push_back(name + "=" + value);
-    } else if (run_) {
-      comment.push_back("time_offset_ns=0");
-      comment.push_back("start_device_ns=" + std::to_string(run_->start.count()));
-    }
-    return result_of(trace_.write_header(comment));
-  }
-
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (auto started = begin({}); !started) return started;
-    // The trace determines the spikes, so none is written and none is lost.
-    delivered_ += batch.spikes.size();
-    shifted_.clear();
-    rows_.clear();
+    std::string rows;
     auto block = batch.taxels.begin();
     for (const DeliveredSample& item : batch.samples) {
-      shifted_.push_back(item.sample);
-      shifted_.back().time = time_(item.sample.time);
       ++written_;
-      rows_.insert(rows_.end(), item.further.begin(), item.further.end());
       for (; block != batch.taxels.end() && block->tick <= written_; ++block) {
         if (block->first + std::size_t{block->count} > pressures_kPa_.size()) continue;
         std::copy_n(block->pressure_kPa.begin(), block->count,
                     pressures_kPa_.begin() + block->first);
       }
-      rows_.insert(rows_.end(), pressures_kPa_.begin(), pressures_kPa_.end());
+      append_row(rows, item);
     }
-    return result_of(trace_.write(shifted_, rows_));
+    // The trace determines the spikes, so none is written and none is lost.
+    return settle(file().write(rows), batch.spikes.size());
   }
-
-  [[nodiscard]] Expected<void, SinkError> flush() override { return result_of(trace_.flush()); }
-  [[nodiscard]] Expected<void, SinkError> close() override {
-    if (auto started = begin({}); !started) return started;
-    return result_of(trace_.close());
-  }
-  void give_up() noexcept override { trace_.give_up(); }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  static Expected<void, SinkError> result_of(const Expected<void, SetupError>& result) {
-    if (result) return {};
-    return Unexpected<SinkError>({.sentence = result.error().sentence});
+  Expected<void, SinkError> start(const RunOrigin& origin) override {
+    time_.set(origin);
+    if (!time_.plain()) {
+      for (const auto& [name, value] : time_.facts()) head_ += "# " + name + "=" + value + "\n";
+    } else if (run_) {
+      head_ +=
+          "# time_offset_ns=0\n# start_device_ns=" + std::to_string(run_->start.count()) + "\n";
+    }
+    head_ += "time_s";
+    for (const SampleChannel& channel : kProbeChannels) {
+      if (channel.in(channels_)) head_.append(",").append(channel.column);
+    }
+    // A session may hold any text.
+    for (const std::string& name : further_) head_ += "," + printable_column(name);
+    for (std::size_t i = 1; i <= pressures_kPa_.size(); ++i) {
+      head_ += ",taxel" + std::to_string(i) + "_kPa";
+    }
+    const bool written = file().write(head_ + "\n");
+    file().end_header();
+    return settle(written);
   }
 
-  std::string uri_;
-  TraceWriter trace_;
+  void append_row(std::string& rows, const DeliveredSample& item) {
+    if (item.sample.valid_for != valid_for_) {
+      valid_for_ = item.sample.valid_for;
+      rows += kValidityComment;
+      append_seconds(rows, valid_for_);
+      rows += '\n';
+    }
+    append_seconds(rows, time_(item.sample.time));
+    for (const SampleChannel& channel : kProbeChannels) {
+      if (!channel.in(channels_)) continue;
+      rows += "," + shifted_decimal(item.sample.*channel.member, channel.power);
+    }
+    for (std::size_t i = 0; i < further_.size(); ++i) {
+      rows += ',';
+      if (i >= item.further.size() || std::isnan(item.further[i])) continue;
+      rows += shifted_decimal(item.further[i], 0);
+    }
+    for (const float kPa : pressures_kPa_) rows += "," + pressure_text(kPa);
+    rows += '\n';
+  }
+
   TimeBase time_;
-  std::optional<RecordedRun> run_;
-  bool header_written_ = false;
-  std::vector<ProbeSample> shifted_;
-  std::uint64_t delivered_ = 0;
-  std::uint64_t written_ = 0;         ///< samples
+  std::string head_;
+  std::uint32_t channels_;
+  std::optional<RecordedRun> run_;    ///< in which the samples were recorded, if known
+  std::vector<std::string> further_;  ///< names of columns
   std::vector<float> pressures_kPa_;  ///< of the taxels of an array, in the last sample
-  std::vector<double> rows_;          ///< further columns and pressures
+  std::chrono::nanoseconds valid_for_{0};
+  std::uint64_t written_ = 0;  ///< samples
 };
 
 }  // namespace
@@ -115,21 +131,17 @@ OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
                      "does not hold: record a session (xdf:FILE) instead, or its samples without a "
                      "simulation by merkel record");
   }
-  const std::uint32_t channels =
-      setup.run.probes.empty() ? ProbeSample::kDepth : setup.run.probes.front().channels;
-  std::vector<std::string> comment;
+  std::string head;
   for (const auto& [name, value] : setup.run.facts) {
-    if (name == "command") comment.push_back(value);
+    if (name == "command") head += "# " + value + "\n";
   }
-  const std::vector<std::string> extra = setup.run.probes.empty()
-                                             ? std::vector<std::string>()
-                                             : setup.run.probes.front().extra_columns;
-  auto trace = TraceWriter::create(uri.path, channels, comment, setup.overwrite, setup.notice,
-                                   extra, taxels);
-  if (!trace) return Unexpected<SetupError>(trace.error());
-  return std::make_unique<TraceSink>(
-      uri.text, std::move(*trace), time,
-      setup.run.probes.empty() ? std::nullopt : setup.run.probes.front().run, taxels);
+  auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
+  if (!file) return Unexpected<SetupError>(file.error());
+  return std::make_unique<TraceSink>(uri.text, std::move(*file), time, std::move(head),
+                                     setup.run.probes.empty()
+                                         ? ProbeInfo{.channels = ProbeSample::kDepth}
+                                         : setup.run.probes.front(),
+                                     taxels);
 }
 
 }  // namespace merkel

@@ -9,6 +9,7 @@
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/trace_file.hpp"
+#include "drivers/sinks/open_sink.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
@@ -109,9 +110,13 @@ std::vector<std::pair<std::int64_t, std::string>> rows_since(const std::string& 
 TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
   const TemporaryFolder folder;
   auto press = dyadic_press(2000);
-  for (ProbeSample& sample : press) sample.channels = ProbeSample::kDepth;
-  auto writer = TraceWriter::create(folder.path("press.csv"), ProbeSample::kDepth, {}, false);
-  ASSERT_TRUE(writer && writer->write(press) && writer->close());
+  std::vector<DeliveredSample> delivered;
+  for (ProbeSample& sample : press) {
+    sample.channels = ProbeSample::kDepth;
+    delivered.push_back({.sample = sample});
+  }
+  auto sink = open_sink("trace:" + folder.path("press.csv"), 0);
+  ASSERT_TRUE(sink && (*sink)->write({.samples = delivered}) && (*sink)->close());
   RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
                                                  .trace = press,
                                                  .baud = 500000,

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/math/random.hpp"
+#include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace merkel {
@@ -221,7 +222,7 @@ TEST(TraceReader, KnowsTheStartOfTheRunThatRecordedIt) {
             std::nullopt);
 }
 
-TEST(TraceWriter, WritesWhatReadsBackToTheSameBits) {
+TEST(TraceSink, WritesWhatReadsBackToTheSameBits) {
   const TemporaryFolder folder;
   Random random(9);
   std::vector<ProbeSample> samples(500);
@@ -238,11 +239,13 @@ TEST(TraceWriter, WritesWhatReadsBackToTheSameBits) {
               .y_mm = random.uniform(0.0, 20.0),
               .channels = kAll};
   }
-  const std::array<std::string, 2> comment = {"first", "second"};
-  auto writer = TraceWriter::create(folder.path("t.csv"), kAll, comment, false);
-  ASSERT_TRUE(writer);
-  ASSERT_TRUE(writer->write(samples));
-  ASSERT_TRUE(writer->close());
+  SinkSetup setup{.run = {.facts = {{"command", "first"}, {"command", "second"}}}};
+  setup.run.probes = {{.channels = kAll}};
+  auto sink = open_sink("trace:" + folder.path("t.csv"), setup);
+  ASSERT_TRUE(sink);
+  std::vector<DeliveredSample> delivered;
+  for (const ProbeSample& sample : samples) delivered.push_back({.sample = sample});
+  ASSERT_TRUE((*sink)->write({.samples = delivered}) && (*sink)->close());
   const auto back = read_all(folder.path("t.csv"), 64);
   ASSERT_TRUE(back) << back.error().sentence;
   ASSERT_EQ(back->size(), samples.size());
