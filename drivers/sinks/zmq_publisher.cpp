@@ -12,6 +12,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "drivers/sinks/json_line.hpp"
 #include "drivers/transports/host_name.hpp"
 
 namespace merkel {
@@ -99,13 +100,15 @@ bool subscribes(const zmq::message_t& message) {
 
 }  // namespace
 
-ZmqPublisher::Options ZmqPublisher::Options::read(UriOptions& options) {
+ZmqPublisher::Options ZmqPublisher::Options::read(UriOptions& options, const SinkSetup& setup) {
   return {.topic = options.text("topic", ""),
           .high_water_mark = static_cast<int>(options.whole("hwm", 100'000, 0, 100'000'000)),
           .wait_when_full = options.word("when_full", "drop", "drop|wait") == "wait",
           .subscribers = options.whole("subscribers", 0, 0, 1000),
-          .patience = std::chrono::milliseconds{
-              static_cast<std::int64_t>(1e3 * options.number("wait_s", 10.0, 0.0, 3600.0))}};
+          .patience = std::chrono::milliseconds{static_cast<std::int64_t>(
+              1e3 * options.number("wait_s", 10.0, 0.0, 3600.0))},
+          .stream = json_string(
+              options.text("stream", setup.run.scene.empty() ? "merkel" : setup.run.scene))};
 }
 
 ZmqPublisher::ZmqPublisher(Uri uri, const Options& options, std::uint16_t announced_type)
@@ -122,7 +125,7 @@ std::string ZmqPublisher::head(std::uint16_t type) const {
   return std::string(reinterpret_cast<const char*>(&type), sizeof type) + options_.topic;
 }
 
-Expected<void, SetupError> ZmqPublisher::open(const SinkSetup& setup, std::string_view fallback) {
+Expected<void, SetupError> ZmqPublisher::listen(const SinkSetup& setup, std::string_view fallback) {
   auto endpoint = checked_endpoint(uri_, setup, fallback);
   if (!endpoint) return Unexpected<SetupError>(endpoint.error());
   endpoint_ = std::move(*endpoint);
@@ -283,10 +286,11 @@ std::vector<pid_t> ZmqPublisher::threads() const {
   return threads;
 }
 
-void ZmqPublisher::close() {
+Expected<void, SinkError> ZmqPublisher::close() {
   if (given_up_.load(std::memory_order_relaxed)) socket_.set(zmq::sockopt::linger, 0);
   close_sockets();
   context_.close();
+  return {};
 }
 
 }  // namespace merkel

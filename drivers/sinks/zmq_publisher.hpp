@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,36 +14,60 @@
 
 #include "core/expected.hpp"
 #include "drivers/sink_setup.hpp"
+#include "drivers/sinks/sink_openers.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
 
-/// A ZeroMQ socket that publishes messages of two parts: a type and a topic, then a text.
+/// A sink that publishes messages of two parts through a ZeroMQ socket: a type and a topic, then a
+/// text.
 ///
 /// The socket is an XPUB, which differs from a PUB for its owner only: it reports who subscribes
 /// and when a subscriber's queue is full. Peers are bounded: a subscription is at most 1024 bytes
 /// long, and beyond 4096 subscriptions or 64 connections all peers lose their connection. Honest
 /// subscribers reconnect by themselves within 100 ms. Thread: consumer, except give_up().
-class ZmqPublisher {
+class ZmqPublisher : public Sink {
  public:
-  /// Options of the URI that every publisher has: topic, hwm, when_full, subscribers, wait_s.
+  /// Options of the URI: topic, hwm, when_full, subscribers, wait_s, stream.
   struct Options {
     std::string topic;
     int high_water_mark = 0;
     bool wait_when_full = false;
     std::int64_t subscribers = 0;
     std::chrono::milliseconds patience{0};
+    std::string stream;  ///< name in the messages, as a JSON string
 
-    [[nodiscard]] static Options read(UriOptions& options);
+    [[nodiscard]] static Options read(UriOptions& options, const SinkSetup& setup);
   };
 
+  /// Opens a publisher: binds to the URI's endpoint, or to Publisher::kEndpoint if it has none, and
+  /// waits for subscribers.
+  template <class Publisher>
+  [[nodiscard]] static OpenedSink open(const Uri& uri, const SinkSetup& setup) {
+    UriOptions options(uri);
+    const Options given = Options::read(options, setup);
+    if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
+    auto sink = std::make_unique<Publisher>(uri, given, setup);
+    if (auto bound = sink->listen(setup, Publisher::kEndpoint); !bound) {
+      return Unexpected<SetupError>(bound.error());
+    }
+    return sink;
+  }
+
+  [[nodiscard]] const std::string& uri() const noexcept final { return uri_.text; }
+  /// Processes subscriptions and connections and limits their numbers.
+  [[nodiscard]] Expected<void, SinkError> flush() final {
+    return guarded([this] { look_after_peers(); });
+  }
+  /// Waits until everything is sent, 2 s at most.
+  [[nodiscard]] Expected<void, SinkError> close() final;
+  void give_up() noexcept final { given_up_.store(true, std::memory_order_relaxed); }
+
+ protected:
   /// \param announced_type  of the message that announce() sets
   ZmqPublisher(Uri uri, const Options& options, std::uint16_t announced_type);
 
-  /// Binds to the URI's endpoint, or to `fallback` if it has none, and waits for subscribers.
-  [[nodiscard]] Expected<void, SetupError> open(const SinkSetup& setup, std::string_view fallback);
-
-  [[nodiscard]] const std::string& uri() const noexcept { return uri_.text; }
+  [[nodiscard]] const std::string& stream() const noexcept { return options_.stream; }
   /// The first part of a message: the type's two bytes and the topic.
   [[nodiscard]] std::string head(std::uint16_t type) const;
 
@@ -58,16 +83,8 @@ class ZmqPublisher {
       write([this](std::string_view head, std::string_view text) { return send(head, text); });
     });
   }
-  /// Processes subscriptions and connections and limits their numbers; a few times per second.
-  [[nodiscard]] Expected<void, SinkError> flush() {
-    return guarded([this] { look_after_peers(); });
-  }
-  /// Waits until everything is sent, 2 s at most.
-  void close();
   /// ZeroMQ's threads of this publisher, by their numbers in the kernel.
   [[nodiscard]] std::vector<pid_t> threads() const;
-  /// Ends all waiting. Thread: any.
-  void give_up() noexcept { given_up_.store(true, std::memory_order_relaxed); }
 
  private:
   template <class Action>
@@ -80,6 +97,7 @@ class ZmqPublisher {
     }
     return {};
   }
+  Expected<void, SetupError> listen(const SinkSetup& setup, std::string_view fallback);
   Expected<void, SetupError> bind(std::string_view fallback);
   void open_socket();
   bool wait_for_subscribers();

@@ -1,15 +1,11 @@
 #include <array>
 #include <charconv>
 #include <chrono>
-#include <utility>
 #include <vector>
 
-#include "core/parameters/parameter_error.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/sessions/afferent_table.hpp"
-#include "drivers/sinks/json_line.hpp"
-#include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/zmq_publisher.hpp"
 
 namespace merkel {
@@ -18,28 +14,23 @@ namespace {
 constexpr std::uint16_t kSpikeMessage = 1;
 constexpr std::uint16_t kSpikeStart = 0x4D01;  ///< "\x01M": not a type of Open Ephys
 constexpr std::int64_t kSampleRate_hz = 1'000'000;
-constexpr std::string_view kSpikeEndpoint = "tcp://127.0.0.1:5557";
 
 /// One message per spike in the format of Open Ephys' Event Broadcaster: a type, then JSON.
-class ZmqSink final : public Sink {
+class ZmqSink final : public ZmqPublisher {
  public:
-  ZmqSink(const Uri& uri, const ZmqPublisher::Options& options, const std::string& stream,
-          std::vector<AfferentRow> afferents)
-      : publisher_(uri, options, kSpikeStart),
-        afferents_(std::move(afferents)),
-        head_(publisher_.head(kSpikeMessage)),
-        stream_(json_string(stream)) {}
+  static constexpr std::string_view kEndpoint = "tcp://127.0.0.1:5557";
 
-  [[nodiscard]] ZmqPublisher& publisher() { return publisher_; }
+  ZmqSink(const Uri& uri, const Options& options, const SinkSetup& setup)
+      : ZmqPublisher(uri, options, kSpikeStart),
+        afferents_(afferents_of(setup)),
+        head_(head(kSpikeMessage)) {}
 
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
-    return publisher_.announce(start_message(origin));
+    return announce(start_message(origin));
   }
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return publisher_.uri(); }
-
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    return publisher_.publish([&](const auto& send) {
+    return publish([&](const auto& send) {
       const ClockPair now = read_clock_pair();
       for (const SpikeEvent& spike : batch.spikes) {
         write_json(spike, now);
@@ -49,21 +40,13 @@ class ZmqSink final : public Sink {
     });
   }
 
-  [[nodiscard]] Expected<void, SinkError> flush() override { return publisher_.flush(); }
-
-  [[nodiscard]] Expected<void, SinkError> close() override {
-    publisher_.close();
-    return {};
-  }
-  void give_up() noexcept override { publisher_.give_up(); }
-
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   /// The start of the run and the positions of the afferents. Sent with its own type whenever a
   /// subscriber subscribes to this type.
   std::string start_message(const RunOrigin& origin) const {
-    std::string json = R"({"event_type":"merkel_start","stream":)" + stream_ +
+    std::string json = R"({"event_type":"merkel_start","stream":)" + stream() +
                        R"(,"start_device_ns":)" + std::to_string(origin.start.count()) +
                        R"(,"start_utc_ns":)" + std::to_string(origin.utc.count()) +
                        R"(,"afferents":[)";
@@ -86,7 +69,7 @@ class ZmqSink final : public Sink {
     using std::chrono::microseconds;
     const std::int64_t neuron = spike.neuron;
     json_ = R"({"event_type":"spike","stream":)";
-    json_ += stream_;
+    json_ += stream();
     append(R"(,"source_node":1,"electrode":"afferent )", neuron);
     append(R"(","num_channels":1,"sample_rate":)", kSampleRate_hz);
     append(R"(,"sample_number":)", std::chrono::floor<microseconds>(spike.time).count());
@@ -103,10 +86,8 @@ class ZmqSink final : public Sink {
     json_ += '}';
   }
 
-  ZmqPublisher publisher_;
   std::vector<AfferentRow> afferents_;
   std::string head_;
-  std::string stream_;
   std::string json_;
   std::uint64_t sequence_ = 0;
   std::uint64_t delivered_ = 0;
@@ -115,16 +96,7 @@ class ZmqSink final : public Sink {
 }  // namespace
 
 OpenedSink open_zmq_sink(const Uri& uri, const SinkSetup& setup) {
-  UriOptions options(uri);
-  const auto publisher = ZmqPublisher::Options::read(options);
-  const std::string stream =
-      options.text("stream", setup.run.scene.empty() ? "merkel" : setup.run.scene);
-  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto sink = std::make_unique<ZmqSink>(uri, publisher, stream, afferents_of(setup));
-  if (auto opened = sink->publisher().open(setup, kSpikeEndpoint); !opened) {
-    return Unexpected<SetupError>(opened.error());
-  }
-  return sink;
+  return ZmqPublisher::open<ZmqSink>(uri, setup);
 }
 
 }  // namespace merkel
