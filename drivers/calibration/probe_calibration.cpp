@@ -4,6 +4,7 @@
 
 #include "core/units.hpp"
 #include "drivers/protocols/unit_factors.hpp"
+#include "drivers/sample_channels.hpp"
 
 namespace merkel {
 
@@ -15,18 +16,11 @@ std::string ChannelCalibration::stem() const {
 ProbeCalibration ProbeCalibration::natural(std::uint32_t device_channels) {
   const auto has = [&](DeviceChannel channel) { return (device_channels & bit_of(channel)) != 0U; };
   ProbeCalibration natural;
-  if (has(DeviceChannel::kDepth)) {
-    natural.channels[0] = {.source = DeviceChannel::kDepth};
-  } else if (has(DeviceChannel::kZ)) {
-    natural.channels[0] = {.source = DeviceChannel::kZ, .gain = -1.0};
+  if (has(DeviceChannel::kZ)) natural.channels[0] = {.source = DeviceChannel::kZ, .gain = -1.0};
+  if (has(DeviceChannel::kForceZ)) natural.channels[1] = {.source = DeviceChannel::kForceZ};
+  for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
+    if (has(kPressChannels[i])) natural.channels[i] = {.source = kPressChannels[i]};
   }
-  if (has(DeviceChannel::kForce)) {
-    natural.channels[1] = {.source = DeviceChannel::kForce};
-  } else if (has(DeviceChannel::kForceZ)) {
-    natural.channels[1] = {.source = DeviceChannel::kForceZ};
-  }
-  if (has(DeviceChannel::kX)) natural.channels[2] = {.source = DeviceChannel::kX};
-  if (has(DeviceChannel::kY)) natural.channels[3] = {.source = DeviceChannel::kY};
   return natural;
 }
 
@@ -47,10 +41,9 @@ std::uint32_t ProbeCalibration::sample_channels() const noexcept {
 
 ProbeSample ProbeCalibration::apply(const DeviceReading& reading) const noexcept {
   ProbeSample sample{.channels = sample_channels()};
-  if (channels[0]) sample.depth_mm = channels[0]->apply(reading);
-  if (channels[1]) sample.force_mN = units::mN_from_N(channels[1]->apply(reading));
-  if (channels[2]) sample.x_mm = channels[2]->apply(reading);
-  if (channels[3]) sample.y_mm = channels[3]->apply(reading);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels[i]) kProbeChannels[i].set(sample, channels[i]->apply(reading));
+  }
   return sample;
 }
 

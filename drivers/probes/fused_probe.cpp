@@ -1,11 +1,11 @@
 #include "drivers/probes/fused_probe.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/sample_channels.hpp"
 
 namespace merkel {
 namespace {
@@ -16,12 +16,6 @@ using std::chrono::nanoseconds;
 constexpr std::size_t kMaxWaiting = 100'000;
 constexpr std::size_t kLinesOfMember = 16;
 constexpr std::string_view kScheme = "fused:";
-
-constexpr std::array<std::pair<std::uint32_t, double ProbeSample::*>, 4> kFields = {
-    {{ProbeSample::kDepth, &ProbeSample::depth_mm},
-     {ProbeSample::kForce, &ProbeSample::force_mN},
-     {ProbeSample::kX, &ProbeSample::x_mm},
-     {ProbeSample::kY, &ProbeSample::y_mm}}};
 
 }  // namespace
 
@@ -154,10 +148,11 @@ FusedProbe::Fill FusedProbe::fill(ProbeSample& sample) {
                                         static_cast<double>((after.time - before.time).count());
     if (std::exchange(before.touch, Touch::kUndecided) == Touch::kTared) tared_ = true;
     sample.set_doubts(sample.doubts() | before.doubts() | (holds ? 0U : after.doubts()));
-    for (const auto& [channel, field] : kFields) {
-      if ((member.fills & channel) == 0U) continue;
-      sample.*field = before.*field + (after.*field - before.*field) * fraction;
-      sample.channels |= channel;
+    for (const SampleChannel& channel : kProbeChannels) {
+      if (!channel.in(member.fills)) continue;
+      const double from = before.*channel.member;
+      sample.*channel.member = from + (after.*channel.member - from) * fraction;
+      sample.channels |= channel.bit;
     }
   }
   return Fill::kFilled;

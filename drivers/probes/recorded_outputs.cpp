@@ -1,7 +1,6 @@
 #include "drivers/probes/recorded_outputs.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <utility>
 
@@ -11,18 +10,10 @@
 #include "drivers/probes/device_opening.hpp"
 #include "drivers/probes/taxel_readings.hpp"
 #include "drivers/protocols/csv_columns.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sample_limits.hpp"
 
 namespace merkel {
-namespace {
-
-constexpr std::array<std::pair<std::uint32_t, DeviceChannel>, 4> kTraceChannels = {
-    {{ProbeSample::kDepth, DeviceChannel::kDepth},
-     {ProbeSample::kForce, DeviceChannel::kForce},
-     {ProbeSample::kX, DeviceChannel::kX},
-     {ProbeSample::kY, DeviceChannel::kY}}};
-
-}  // namespace
 
 Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     std::unique_ptr<Probe> recording, std::vector<ChannelSelection> parts,
@@ -35,8 +26,8 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     return bad_input("\"" + whole.uri + "\": " + why);
   };
   std::uint32_t bits = 0;
-  for (const auto& [bit, channel] : kTraceChannels) {
-    if ((whole.channels & bit) != 0U) bits |= bit_of(channel);
+  for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
+    if (kProbeChannels[i].in(whole.channels)) bits |= bit_of(kPressChannels[i]);
   }
   std::vector<ChannelName> names = names_of_channels(bits);
   std::unique_ptr<RecordedOutputs> outputs(new RecordedOutputs(std::move(recording)));
@@ -113,10 +104,9 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   DeviceCounters counts;
   for (; next_ < waiting_.size() && readings.room() > 0; ++next_) {
     const ProbeSample from = whole.sample(waiting_.head(next_), waiting_.row(next_));
-    reading.set(DeviceChannel::kDepth, from.depth_mm);
-    reading.set(DeviceChannel::kForce, units::N_from_mN(from.force_mN));
-    reading.set(DeviceChannel::kX, from.x_mm);
-    reading.set(DeviceChannel::kY, from.y_mm);
+    for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
+      reading.set(kPressChannels[i], kProbeChannels[i].of(from));
+    }
     const auto further = waiting_.further(next_);
     for (std::size_t i = 0; i < factors_.size(); ++i) {
       reading.set(named_channel(i), further[i] * factors_[i]);

@@ -11,8 +11,8 @@
 
 #include <pugixml.hpp>
 
-#include "core/units.hpp"
 #include "drivers/parsed_number.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sample_limits.hpp"
 #include "drivers/sessions/byte_span.hpp"
 
@@ -197,16 +197,11 @@ void RigRecording::decode_row(Stream& stream, nanoseconds time, std::string_view
     for (const std::string& label : stream.labels) {
       double value = 0.0;
       if (!values.take(value)) return;
-      const auto set = [&](std::uint32_t channel, double& member, double to) {
-        member = to;
-        item.sample.channels |= channel;
-      };
-      if (label == "depth") set(ProbeSample::kDepth, item.sample.depth_mm, value);
-      if (label == "force") {
-        set(ProbeSample::kForce, item.sample.force_mN, units::mN_from_N(value));
+      for (const SampleChannel& channel : kProbeChannels) {
+        if (label != channel.name) continue;
+        channel.set(item.sample, value);
+        item.sample.channels |= channel.bit;
       }
-      if (label == "x") set(ProbeSample::kX, item.sample.x_mm, value);
-      if (label == "y") set(ProbeSample::kY, item.sample.y_mm, value);
     }
     if (!plausible(item.sample)) return;
     ++stream.sequence;

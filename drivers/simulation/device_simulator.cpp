@@ -8,6 +8,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/simulation/network_line.hpp"
 #include "drivers/simulation/pty_master.hpp"
 
@@ -199,9 +200,8 @@ ProbeSample DeviceSimulator::interpolate(Time trace_time) {
                           static_cast<double>((after.time - before.time).count());
   const auto between = [fraction](double a, double b) { return a + fraction * (b - a); };
   ProbeSample sample = before;
-  for (double ProbeSample::*const field :
-       {&ProbeSample::depth_mm, &ProbeSample::force_mN, &ProbeSample::x_mm, &ProbeSample::y_mm}) {
-    sample.*field = between(before.*field, after.*field);
+  for (const SampleChannel& channel : kProbeChannels) {
+    sample.*channel.member = between(before.*channel.member, after.*channel.member);
   }
   const std::span<const double> from = others_of(next - 1);
   for (std::size_t i = 0; i < others_.size(); ++i) others_[i] = between(from[i], to[i]);

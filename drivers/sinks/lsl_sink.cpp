@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sessions/rig_recording.hpp"
 #include "drivers/sinks/sink_openers.hpp"
@@ -22,17 +23,6 @@ namespace {
 constexpr int kOutletBuffer_s = 10'000;
 constexpr std::chrono::milliseconds kLslFarewell{500};
 constexpr double kMaxWait_s = 3600.0;
-
-/// What a probe may measure, as merkel's own inlet (lsl:) reads it.
-struct LslChannel {
-  std::uint32_t bit;
-  const char* label;
-  const char* unit;
-};
-constexpr std::array<LslChannel, 4> kLslChannels = {{{ProbeSample::kDepth, "depth", "mm"},
-                                                     {ProbeSample::kForce, "force", "N"},
-                                                     {ProbeSample::kX, "x", "mm"},
-                                                     {ProbeSample::kY, "y", "mm"}}};
 
 /// The streams of a rig in LSL's time, CLOCK_MONOTONIC in seconds; the probe time of a device is on
 /// this clock already. NAME: one int32 channel of neuron numbers at an irregular rate.
@@ -47,18 +37,18 @@ class LslSink final : public Sink {
     for (std::size_t probe = 0; probe < setup.run.probes.size(); ++probe) {
       const std::uint32_t channels = setup.run.probes[probe].channels;
       SampleStream& stream = samples_.emplace_back();
-      for (std::size_t i = 0; i < kLslChannels.size(); ++i) {
-        if ((channels & kLslChannels[i].bit) != 0U) stream.channels.push_back(i);
+      for (const SampleChannel& channel : kProbeChannels) {
+        if (channel.in(channels)) stream.channels.push_back(&channel);
       }
       if (stream.channels.empty()) continue;
       const std::string part = probe == 0 ? ".samples" : ".samples." + std::to_string(probe);
       lsl::stream_info info = info_of(name + part, "ProbeSamples",
                                       static_cast<int>(stream.channels.size()), lsl::cf_double64);
       lsl::xml_element described = info.desc().append_child("channels");
-      for (const std::size_t i : stream.channels) {
+      for (const SampleChannel* channel : stream.channels) {
         described.append_child("channel")
-            .append_child_value("label", kLslChannels[i].label)
-            .append_child_value("unit", kLslChannels[i].unit);
+            .append_child_value("label", std::string(channel->name))
+            .append_child_value("unit", std::string(channel->unit));
       }
       stream.outlet = std::make_unique<lsl::stream_outlet>(info, 0, kOutletBuffer_s);
     }
@@ -99,7 +89,7 @@ class LslSink final : public Sink {
 
  private:
   struct SampleStream {
-    std::vector<std::size_t> channels = {};  ///< of kLslChannels
+    std::vector<const SampleChannel*> channels = {};
     std::unique_ptr<lsl::stream_outlet> outlet = nullptr;
   };
 
@@ -138,10 +128,8 @@ class LslSink final : public Sink {
     if (item.probe >= samples_.size() || !samples_[item.probe].outlet) return;
     const SampleStream& stream = samples_[item.probe];
     const ProbeSample& sample = item.sample;
-    const std::array<double, kLslChannels.size()> all{
-        sample.depth_mm, units::N_from_mN(sample.force_mN), sample.x_mm, sample.y_mm};
     values_.clear();
-    for (const std::size_t i : stream.channels) values_.push_back(all[i]);
+    for (const SampleChannel* channel : stream.channels) values_.push_back(channel->of(sample));
     stream.outlet->push_sample(values_.data(), stamp(sample.time), true);
   }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sessions/afferent_table.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/time_base.hpp"
@@ -34,9 +35,8 @@ struct NwbContent {
     std::string unit;         ///< NWB's name of it: meters, newtons
     float conversion = 1.0F;  ///< from the values to that unit
     std::string meaning;
-    /// Its value in a sample: one of the members, or a further column.
-    double (*value)(const ProbeSample& sample) = nullptr;
-    std::size_t extra = 0;  ///< index in DeliveredSample::further, without `value`
+    const SampleChannel* press = nullptr;  ///< null: a further column
+    std::size_t extra = 0;                 ///< index of that in DeliveredSample::further
   };
   struct Probe {
     std::string name;  ///< for display

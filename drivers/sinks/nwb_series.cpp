@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/files/csv_text.hpp"
 
 namespace merkel::nwb {
 namespace {
@@ -26,6 +28,13 @@ TimeSeries::Description current(const NwbContent::Electrode& electrode, const st
           .conversion = 1e-6F,
           .description = "electrode " + electrode.name + ": " + what,
           .comments = electrode.description};
+}
+
+/// From the decimals of a force: a change of unit adds no rounding error.
+double value_of(const SampleChannel& channel, const ProbeSample& sample) {
+  const double value = sample.*channel.member;
+  return channel.power == 0 ? value
+                            : parse_number(shortest_decimal(value), channel.power).value_or(0.0);
 }
 
 }  // namespace
@@ -51,7 +60,7 @@ ProbeSeries::ProbeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::P
 void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts) {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     const NwbContent::Channel& channel = known_[i];
-    const double value = channel.value != nullptr ? channel.value(item.sample)
+    const double value = channel.press != nullptr ? value_of(*channel.press, item.sample)
                          : channel.extra < item.further.size()
                              ? item.further[channel.extra]
                              : std::numeric_limits<double>::quiet_NaN();

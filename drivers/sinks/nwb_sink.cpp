@@ -1,11 +1,12 @@
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
-#include "drivers/files/csv_text.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sinks/export_sink.hpp"
 #include "drivers/sinks/nwb_file.hpp"
 
@@ -13,47 +14,22 @@ namespace merkel {
 
 namespace {
 
-/// A channel of samples.
-struct ChannelOf {
-  std::uint32_t bit;
-  NwbContent::Channel channel;
-};
-
-/// The decimals of the force, in N: a change of unit adds no rounding error.
-double force_N(const ProbeSample& sample) {
-  return parse_number(shortest_decimal(sample.force_mN), -3).value_or(0.0);
-}
-
-const std::vector<ChannelOf>& known_channels() {
-  using Sample = ProbeSample;
-  static const std::vector<ChannelOf> channels = {
-      {Sample::kDepth,
-       {.name = "depth",
-        .unit = "meters",
-        .conversion = 1e-3F,
-        .meaning = "indentation depth, in mm",
-        .value = [](const Sample& sample) { return sample.depth_mm; }}},
-      {Sample::kForce,
-       {.name = "force", .unit = "newtons", .meaning = "normal force, in N", .value = force_N}},
-      {Sample::kX,
-       {.name = "x",
-        .unit = "meters",
-        .conversion = 1e-3F,
-        .meaning = "position on the patch along the finger, in mm",
-        .value = [](const Sample& sample) { return sample.x_mm; }}},
-      {Sample::kY,
-       {.name = "y",
-        .unit = "meters",
-        .conversion = 1e-3F,
-        .meaning = "position on the patch across the finger, in mm",
-        .value = [](const Sample& sample) { return sample.y_mm; }}}};
-  return channels;
-}
+constexpr std::array<const char*, kProbeChannels.size()> kNwbMeanings = {
+    "indentation depth, in mm", "normal force, in N",
+    "position on the patch along the finger, in mm",
+    "position on the patch across the finger, in mm"};
 
 NwbContent::Probe describe(const ProbeInfo& info) {
   NwbContent::Probe probe{.name = info.name.empty() ? info.uri : info.name, .channels = {}};
-  for (const ChannelOf& each : known_channels()) {
-    if ((info.channels & each.bit) != 0U) probe.channels.push_back(each.channel);
+  for (std::size_t i = 0; i < kProbeChannels.size(); ++i) {
+    const SampleChannel& channel = kProbeChannels[i];
+    if (!channel.in(info.channels)) continue;
+    const bool force = channel.bit == ProbeSample::kForce;
+    probe.channels.push_back({.name = std::string(channel.name),
+                              .unit = force ? "newtons" : "meters",
+                              .conversion = force ? 1.0F : 1e-3F,
+                              .meaning = kNwbMeanings[i],
+                              .press = &channel});
   }
   for (std::size_t i = 0; i < info.extra_columns.size(); ++i) {
     probe.channels.push_back({.name = info.extra_columns[i],

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
-#include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "drivers/files/raw_bytes.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sinks/json_line.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/stimulation_text.hpp"
@@ -179,29 +179,22 @@ class RedisSink final : public Sink {
   /// One entry: the samples of a probe, with the channels that it measures.
   void add_samples(std::uint32_t probe, std::span<const DeliveredSample> samples) {
     std::string times;
-    std::array<std::string, 4> values;
+    std::array<std::string, kProbeChannels.size()> values;
     nanoseconds newest{0};
     for (const DeliveredSample& item : samples) {
       if (item.probe != probe) continue;
       newest = item.sample.time;
       append_raw(times, std::int64_t{newest.count()});
-      append_raw(values[0], item.sample.depth_mm);
-      append_raw(values[1], units::N_from_mN(item.sample.force_mN));
-      append_raw(values[2], item.sample.x_mm);
-      append_raw(values[3], item.sample.y_mm);
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        append_raw(values[i], kProbeChannels[i].of(item.sample));
+      }
     }
     if (times.empty()) return;
     StreamWriter::Fields fields = {
         {"ts", sending_time()}, {"sync", sync_of(newest)}, {"time_ns", times}};
-    constexpr std::array<std::pair<std::uint32_t, std::string_view>, 4> kNames = {
-        {{ProbeSample::kDepth, "depth_mm"},
-         {ProbeSample::kForce, "force_N"},
-         {ProbeSample::kX, "x_mm"},
-         {ProbeSample::kY, "y_mm"}}};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if ((probes_[probe].channels & kNames[i].first) != 0U) {
-        fields.emplace_back(kNames[i].second, std::move(values[i]));
-      }
+      if (!kProbeChannels[i].in(probes_[probe].channels)) continue;
+      fields.emplace_back(kProbeChannels[i].column, std::move(values[i]));
     }
     streams_.add(node_ + "_samples" + (probe == 0 ? "" : "_" + std::to_string(probe)), fields);
   }
