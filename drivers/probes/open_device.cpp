@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "drivers/probes/device_probe.hpp"
-#include "drivers/protocols/ati_rdt.hpp"
 #include "drivers/protocols/hid_fields.hpp"
 #include "drivers/protocols/hid_report_descriptor.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/protocol_table.hpp"
 #include "drivers/transports/hid_port.hpp"
 #include "drivers/transports/network_port.hpp"

@@ -6,8 +6,8 @@
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/probes/open_device.hpp"
-#include "drivers/protocols/csv_lines.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/transports/lsl_port.hpp"
 
 namespace merkel {

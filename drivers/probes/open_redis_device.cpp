@@ -4,7 +4,7 @@
 
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/probes/open_device.hpp"
-#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/transports/redis_port.hpp"
 
 namespace merkel {

@@ -1,11 +1,10 @@
-#include "drivers/protocols/ati_rdt.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "core/units.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {

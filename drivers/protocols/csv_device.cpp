@@ -7,7 +7,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
-#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/trace_file.hpp"
 
 namespace merkel {

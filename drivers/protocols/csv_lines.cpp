@@ -1,5 +1,3 @@
-#include "drivers/protocols/csv_lines.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/frame_lines.hpp"
 #include "drivers/protocols/line_protocol.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/row_names.hpp"
 #include "drivers/protocols/row_order.hpp"
 #include "drivers/protocols/text_row.hpp"

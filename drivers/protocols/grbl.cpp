@@ -1,5 +1,3 @@
-#include "drivers/protocols/grbl.hpp"
-
 #include <array>
 #include <cstdio>
 #include <string>
@@ -8,6 +6,7 @@
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/line_protocol.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {

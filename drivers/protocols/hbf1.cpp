@@ -1,5 +1,3 @@
-#include "drivers/protocols/hbf1.hpp"
-
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -9,6 +7,7 @@
 #include "drivers/protocols/hbf1_frame.hpp"
 #include "drivers/protocols/hbf1_hello.hpp"
 #include "drivers/protocols/hbf1_sync.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {

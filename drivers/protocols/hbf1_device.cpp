@@ -8,9 +8,9 @@
 #include "core/units.hpp"
 #include "drivers/firmware/merkel_probe/pulses.h"
 #include "drivers/protocols/csv_columns.hpp"
-#include "drivers/protocols/hbf1.hpp"
 #include "drivers/protocols/hbf1_channels.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 
 namespace merkel {
 namespace {

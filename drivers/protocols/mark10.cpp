@@ -1,5 +1,3 @@
-#include "drivers/protocols/mark10.hpp"
-
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -10,6 +8,7 @@
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/number_with_unit.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {

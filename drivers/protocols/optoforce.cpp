@@ -1,5 +1,3 @@
-#include "drivers/protocols/optoforce.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <string_view>
 
 #include "core/units.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
 
 namespace merkel {

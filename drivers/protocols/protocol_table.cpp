@@ -5,13 +5,7 @@
 
 #include "core/parameters/nearest_name.hpp"
 #include "core/records/probe_sample.hpp"
-#include "drivers/protocols/ati_rdt.hpp"
-#include "drivers/protocols/csv_lines.hpp"
-#include "drivers/protocols/grbl.hpp"
-#include "drivers/protocols/hbf1.hpp"
-#include "drivers/protocols/mark10.hpp"
-#include "drivers/protocols/optoforce.hpp"
-#include "drivers/protocols/zaber.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 
 namespace merkel {
 namespace {

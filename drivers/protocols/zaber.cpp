@@ -1,5 +1,3 @@
-#include "drivers/protocols/zaber.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/parsed_number.hpp"
 #include "drivers/protocols/line_protocol.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {

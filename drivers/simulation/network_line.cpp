@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "drivers/protocols/ati_rdt.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/transports/descriptor.hpp"
 #include "drivers/transports/host_name.hpp"
 #include "drivers/uri.hpp"

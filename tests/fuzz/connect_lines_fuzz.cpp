@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "tools/connect/array_scene.hpp"
 #include "tools/connect/csv_readings.hpp"
 

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "drivers/protocols/hbf1.hpp"
 #include "drivers/protocols/hbf1_frame.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace merkel;

@@ -11,7 +11,7 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/protocols/csv_lines.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/transports/redis_lines.hpp"
 #include "drivers/uri.hpp"
 

@@ -1,7 +1,6 @@
-#include "drivers/protocols/ati_rdt.hpp"
-
 #include <gtest/gtest.h>
 
+#include "drivers/protocols/protocol_makers.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 
 namespace merkel {

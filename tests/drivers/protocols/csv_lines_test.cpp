@@ -1,12 +1,11 @@
 // Lines of numbers in common formats.
-#include "drivers/protocols/csv_lines.hpp"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
 
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
+#include "drivers/protocols/protocol_makers.hpp"
 #include "tests/drivers/protocols/protocol_harness.hpp"
 #include "tests/text_has.hpp"
 
