@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <sys/types.h>
@@ -28,13 +29,12 @@ struct SinkError {
 /// A consumer of a run's records: a file, a socket, a page. Used by one thread, which may block.
 class Sink {
  public:
-  Sink() = default;
   Sink(const Sink&) = delete;
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
 
   /// The URI it was opened with. Thread: any.
-  [[nodiscard]] virtual const std::string& uri() const noexcept = 0;
+  [[nodiscard]] virtual const std::string& uri() const noexcept { return uri_; }
 
   /// Receives the run's origin once, before any data. Errors as for write(). Thread:
   /// consumer.
@@ -82,7 +82,13 @@ class Sink {
   virtual void give_up() noexcept {}
 
   /// The number of written spikes that are known to be delivered. Thread: consumer.
-  [[nodiscard]] virtual std::uint64_t delivered() const noexcept { return 0; }
+  [[nodiscard]] virtual std::uint64_t delivered() const noexcept { return delivered_; }
+
+ protected:
+  explicit Sink(std::string uri = {}) : uri_(std::move(uri)) {}
+
+  std::string uri_;
+  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace merkel

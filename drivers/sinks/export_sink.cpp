@@ -70,7 +70,7 @@ SinkSetup ExportSink::recovering(const Uri& uri, SinkSetup setup) {
 }
 
 ExportSink::ExportSink(const Uri& uri, const SinkSetup& setup, Make make)
-    : uri_(uri.text),
+    : Sink(uri.text),
       path_(uri.path),
       make_(std::move(make)),
       journal_(setup.journal),

@@ -32,7 +32,6 @@ class ExportSink final : public Sink {
   /// The setup for files of killed runs: its notices say how to make the file from them.
   [[nodiscard]] static SinkSetup recovering(const Uri& uri, SinkSetup setup);
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return session_ ? session_->subscriptions() : kKinds<SpikeEvent>;
   }
@@ -40,12 +39,10 @@ class ExportSink final : public Sink {
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override;
   [[nodiscard]] Expected<void, SinkError> flush() override;
   [[nodiscard]] Expected<void, SinkError> close() override;
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   ExportSink(const Uri& uri, const SinkSetup& setup, Make make);
 
-  std::string uri_;
   std::string path_;
   Make make_;
   std::shared_ptr<RunJournal> journal_;  ///< null: `session_` is it
@@ -53,7 +50,6 @@ class ExportSink final : public Sink {
   std::function<void(const std::string&)> progress_;
   RunOrigin origin_;
   std::uint64_t taken_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace merkel

@@ -14,7 +14,6 @@ namespace merkel {
 /// records, and then the records.
 class FileSink : public Sink {
  public:
-  [[nodiscard]] const std::string& uri() const noexcept final { return uri_; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) final {
     if (std::exchange(started_, true)) return {};
     return start(origin);
@@ -25,10 +24,9 @@ class FileSink : public Sink {
     return settle(file_.close());
   }
   void give_up() noexcept final { file_.give_up(); }
-  [[nodiscard]] std::uint64_t delivered() const noexcept final { return delivered_; }
 
  protected:
-  FileSink(std::string uri, OutputFile file) : uri_(std::move(uri)), file_(std::move(file)) {}
+  FileSink(std::string uri, OutputFile file) : Sink(std::move(uri)), file_(std::move(file)) {}
 
   /// Writes the head; called once.
   [[nodiscard]] virtual Expected<void, SinkError> start(const RunOrigin& origin) = 0;
@@ -44,11 +42,9 @@ class FileSink : public Sink {
   [[nodiscard]] const OutputFile& file() const noexcept { return file_; }
 
  private:
-  std::string uri_;
   OutputFile file_;
   bool started_ = false;
   std::uint64_t taken_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace merkel

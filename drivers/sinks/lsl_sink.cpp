@@ -31,7 +31,7 @@ constexpr double kMaxWait_s = 3600.0;
 class LslSink final : public Sink {
  public:
   LslSink(std::string uri, const std::string& name, const SinkSetup& setup)
-      : uri_(std::move(uri)),
+      : Sink(std::move(uri)),
         spikes_(spikes_info(name, setup), 0, kOutletBuffer_s),
         marks_(info_of(name + ".marks", "Markers", 1, lsl::cf_string), 0, kOutletBuffer_s) {
     for (std::size_t probe = 0; probe < setup.run.probes.size(); ++probe) {
@@ -57,7 +57,6 @@ class LslSink final : public Sink {
   /// Waits for an inlet of the spikes. False on a timeout.
   bool wait_for_consumers(double wait_s) { return spikes_.wait_for_consumers(wait_s); }
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, DeliveredSample, Mark>;
   }
@@ -85,7 +84,6 @@ class LslSink final : public Sink {
     }
     return {};
   }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   struct SampleStream {
@@ -139,13 +137,11 @@ class LslSink final : public Sink {
     return stamp_s;
   }
 
-  std::string uri_;
   lsl::stream_outlet spikes_;
   lsl::stream_outlet marks_;
   std::vector<SampleStream> samples_;
   std::vector<double> values_;
   double latest_s_ = 0.0;  ///< of all stamps
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace

@@ -50,9 +50,7 @@ constexpr std::string_view kExactTypes = "ihdii";
 class OscSink final : public Sink {
  public:
   OscSink(std::string uri, OwnedDescriptor socket, std::string path, OscTypes types)
-      : uri_(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)), types_(types) {}
-
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+      : Sink(std::move(uri)), socket_(std::move(socket)), path_(std::move(path)), types_(types) {}
 
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     const lo_timetag now = time_tag(read_clock_pair().utc);
@@ -100,7 +98,6 @@ class OscSink final : public Sink {
     return message;
   }
 
-  std::string uri_;
   OwnedDescriptor socket_;
   std::string path_;
   OscTypes types_;

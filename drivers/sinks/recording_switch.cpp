@@ -23,12 +23,11 @@ std::string dated_name() {
 class SessionOnRequest final : public Sink {
  public:
   SessionOnRequest(std::shared_ptr<RecordingSwitch> recording, SinkSetup setup)
-      : recording_(std::move(recording)), setup_(std::move(setup)) {
+      : Sink("xdf:on-request"), recording_(std::move(recording)), setup_(std::move(setup)) {
     setup_.overwrite = false;
     setup_.session_journal = nullptr;
   }
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override { return kSessionKinds; }
   [[nodiscard]] Expected<void, SinkError> begin(const RunOrigin& origin) override {
     origin_ = origin;
@@ -92,7 +91,6 @@ class SessionOnRequest final : public Sink {
     return {};
   }
 
-  std::string uri_ = "xdf:on-request";
   std::shared_ptr<RecordingSwitch> recording_;
   SinkSetup setup_;
   std::unique_ptr<Sink> session_;  ///< null without a recording

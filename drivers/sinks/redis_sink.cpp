@@ -118,7 +118,7 @@ class RedisSink final : public Sink {
  public:
   RedisSink(std::string uri, std::string node, StreamWriter streams, const SinkSetup& setup,
             nanoseconds bin)
-      : uri_(std::move(uri)),
+      : Sink(std::move(uri)),
         node_(std::move(node)),
         streams_(std::move(streams)),
         text_(setup.run.encoding),
@@ -136,7 +136,6 @@ class RedisSink final : public Sink {
     return unavailable("\"" + uri_ + "\": the Redis server refused: " + error);
   }
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, SentCommand, TickRecord, DeliveredSample>;
   }
@@ -173,7 +172,6 @@ class RedisSink final : public Sink {
     return Unexpected<SinkError>(
         {.sentence = uri_ + " failed: " + reason_ + "; check the Redis server and run again"});
   }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   /// One entry: the samples of a probe, with the channels that it measures.
@@ -342,7 +340,6 @@ class RedisSink final : public Sink {
     return "{\"merkel_time_ns\":" + std::to_string(time.count()) + "}";
   }
 
-  std::string uri_;
   std::string node_;
   StreamWriter streams_;
   StimulationText text_;
@@ -361,7 +358,6 @@ class RedisSink final : public Sink {
   nanoseconds bin_start_{0};
   std::vector<std::uint16_t> counts_;  ///< of the present bin, by neuron
   std::vector<ProbeInfo> probes_;
-  std::uint64_t delivered_ = 0;
 };
 
 /// The node's name is part of the names of its streams.

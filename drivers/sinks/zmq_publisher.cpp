@@ -112,7 +112,8 @@ ZmqPublisher::Options ZmqPublisher::Options::read(UriOptions& options, const Sin
 }
 
 ZmqPublisher::ZmqPublisher(Uri uri, const Options& options, std::uint16_t announced_type)
-    : uri_(std::move(uri)),
+    : Sink(uri.text),
+      given_(std::move(uri)),
       options_(options),
       number_(next_publisher_number()),
       context_(context_with_threads_named(number_)),
@@ -126,13 +127,13 @@ std::string ZmqPublisher::head(std::uint16_t type) const {
 }
 
 Expected<void, SetupError> ZmqPublisher::listen(const SinkSetup& setup, std::string_view fallback) {
-  auto endpoint = checked_endpoint(uri_, setup, fallback);
+  auto endpoint = checked_endpoint(given_, setup, fallback);
   if (!endpoint) return Unexpected<SetupError>(endpoint.error());
   endpoint_ = std::move(*endpoint);
   if (auto bound = bind(fallback); !bound) return bound;
   if (wait_for_subscribers()) return {};
   return bad_input(
-      "\"" + uri_.text + "\": fewer than " + std::to_string(options_.subscribers) +
+      "\"" + uri_ + "\": fewer than " + std::to_string(options_.subscribers) +
       " subscribers connected in time: start the subscribers, or remove the option subscribers");
 }
 
@@ -142,12 +143,12 @@ Expected<void, SetupError> ZmqPublisher::bind(std::string_view fallback) {
   } catch (const zmq::error_t& error) {
     if (error.num() == EADDRINUSE) {
       return unavailable(
-          "\"" + uri_.text + "\": " + endpoint_ +
+          "\"" + uri_ + "\": " + endpoint_ +
           " is in use, perhaps by Open Ephys or another merkel process: choose another port");
     }
-    return unavailable("\"" + uri_.text + "\": cannot listen at " + endpoint_ + ": " +
-                       error.what() + "; write " + uri_.scheme + ":" + std::string(fallback) +
-                       " or " + uri_.scheme + ":ipc://FILE");
+    return unavailable("\"" + uri_ + "\": cannot listen at " + endpoint_ + ": " + error.what() +
+                       "; write " + given_.scheme + ":" + std::string(fallback) + " or " +
+                       given_.scheme + ":ipc://FILE");
   }
   return {};
 }

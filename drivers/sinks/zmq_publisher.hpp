@@ -54,7 +54,6 @@ class ZmqPublisher : public Sink {
     return sink;
   }
 
-  [[nodiscard]] const std::string& uri() const noexcept final { return uri_.text; }
   /// Processes subscriptions and connections and limits their numbers.
   [[nodiscard]] Expected<void, SinkError> flush() final {
     return guarded([this] { look_after_peers(); });
@@ -92,8 +91,7 @@ class ZmqPublisher : public Sink {
     try {
       action();
     } catch (const zmq::error_t& error) {
-      return Unexpected<SinkError>(
-          {.sentence = uri_.text + " failed: " + error.what() + "; run again"});
+      return Unexpected<SinkError>({.sentence = uri_ + " failed: " + error.what() + "; run again"});
     }
     return {};
   }
@@ -109,7 +107,7 @@ class ZmqPublisher : public Sink {
   bool send(std::string_view head, std::string_view text);
   bool send_parts(std::string_view head, std::string_view text, zmq::send_flags flags);
 
-  Uri uri_;
+  Uri given_;
   Options options_;
   std::string endpoint_;
   int number_;  ///< among all publishers; the names of ZeroMQ's threads begin with it

@@ -40,8 +40,6 @@ class ZmqSink final : public ZmqPublisher {
     });
   }
 
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
-
  private:
   /// The start of the run and the positions of the afferents. Sent with its own type whenever a
   /// subscriber subscribes to this type.
@@ -90,7 +88,6 @@ class ZmqSink final : public ZmqPublisher {
   std::string head_;
   std::string json_;
   std::uint64_t sequence_ = 0;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace

@@ -58,7 +58,6 @@ class ComediPort final : public Transport {
     if (card_) static_cast<void>(comedi_cancel(card_.get(), subdevice_));
   }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
   [[nodiscard]] const std::vector<ComediCard::Channel>& channels() const noexcept {
     return channels_;
   }
@@ -320,7 +319,6 @@ class ComediPort final : public Transport {
   }
 
   ComediSettings settings_;
-  TransportInfo info_;
   OpenCard card_;
   unsigned subdevice_ = 0;
   std::vector<unsigned> list_;  ///< channel, range and reference of each; the command refers to it

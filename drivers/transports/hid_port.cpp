@@ -93,8 +93,6 @@ class HidPort final : public Transport {
   }
   ~HidPort() override { close(); }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     const auto wait =
@@ -148,7 +146,6 @@ class HidPort final : public Transport {
 
   Hidapi hidapi_;
   UsbName name_;
-  TransportInfo info_;
   hid_device* device_ = nullptr;
 };
 
@@ -158,9 +155,7 @@ Expected<std::unique_ptr<Transport>, SetupError> open_hid_port(const UsbName& na
                                                                HidBackend backend) {
   const auto hidapi = Hidapi::load(backend);
   if (!hidapi) return Unexpected<SetupError>(hidapi.error());
-  auto port = std::make_unique<HidPort>(*hidapi, name, backend);
-  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
-  return port;
+  return opened<HidPort>(*hidapi, name, backend);
 }
 
 }  // namespace merkel

@@ -58,7 +58,6 @@ class LslPort final : public Transport {
     info_.note = "a Lab Streaming Layer inlet";
   }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
   [[nodiscard]] const std::vector<LslStream::Channel>& channels() const noexcept {
     return channels_;
   }
@@ -192,7 +191,6 @@ class LslPort final : public Transport {
 
   std::string name_;
   std::string host_;
-  TransportInfo info_;
   std::unique_ptr<lsl::stream_inlet> inlet_;
   std::vector<LslStream::Channel> channels_;
   double rate_Hz_ = 0.0;

@@ -41,8 +41,6 @@ class PtyPort final : public Transport {
   }
   ~PtyPort() override { close(); }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     return read_some(descriptor_, bytes, patience);
@@ -75,7 +73,6 @@ class PtyPort final : public Transport {
   }
 
   SerialSettings settings_;
-  TransportInfo info_;
   int descriptor_ = -1;
 };
 
@@ -89,9 +86,7 @@ bool is_pty(const std::string& device) {
 }
 
 Expected<std::unique_ptr<Transport>, SetupError> open_pty_port(const SerialSettings& settings) {
-  auto port = std::make_unique<PtyPort>(settings);
-  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
-  return port;
+  return opened<PtyPort>(settings);
 }
 
 }  // namespace merkel

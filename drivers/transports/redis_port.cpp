@@ -49,7 +49,6 @@ class RedisPort final : public Transport {
     info_.note = "a Redis stream";
   }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
   [[nodiscard]] const std::vector<RedisField>& fields() const noexcept { return lines_.fields(); }
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
@@ -142,7 +141,6 @@ class RedisPort final : public Transport {
 
   Uri uri_;
   std::string stream_;
-  TransportInfo info_;
   RedisConnection connection_;
   std::string last_id_;
   RedisLines lines_;

@@ -61,8 +61,6 @@ class SerialPort final : public Transport {
   }
   ~SerialPort() override { close(); }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     // Wait here, because libserialport's own waits never end after an unplug.
@@ -156,7 +154,6 @@ class SerialPort final : public Transport {
   }
 
   SerialSettings settings_;
-  TransportInfo info_;
   Port port_;
   bool open_ = false;
   int descriptor_ = -1;
@@ -167,9 +164,7 @@ class SerialPort final : public Transport {
 }  // namespace
 
 Expected<std::unique_ptr<Transport>, SetupError> open_serial_port(const SerialSettings& settings) {
-  auto port = std::make_unique<SerialPort>(settings);
-  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
-  return port;
+  return opened<SerialPort>(settings);
 }
 
 Expected<std::unique_ptr<Transport>, SetupError> open_serial(const SerialSettings& settings) {

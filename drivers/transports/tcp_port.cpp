@@ -22,8 +22,6 @@ class TcpPort final : public Transport {
     info_.note = "a TCP connection";
   }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
     const auto count = read_some(socket_.get(), bytes, patience);
@@ -77,16 +75,13 @@ class TcpPort final : public Transport {
 
  private:
   HostAndPort server_;
-  TransportInfo info_;
   Socket socket_;
 };
 
 }  // namespace
 
 Expected<std::unique_ptr<Transport>, SetupError> open_tcp_port(const HostAndPort& server) {
-  auto port = std::make_unique<TcpPort>(server);
-  if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
-  return port;
+  return opened<TcpPort>(server);
 }
 
 }  // namespace merkel

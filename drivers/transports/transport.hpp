@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,7 +37,7 @@ class Transport {
   Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
 
-  [[nodiscard]] virtual const TransportInfo& info() const noexcept = 0;
+  [[nodiscard]] virtual const TransportInfo& info() const noexcept { return info_; }
 
   /// Reads available bytes; waits at most `patience` for the first one. 0 is a timeout.
   [[nodiscard]] virtual Expected<std::size_t, Disconnected> read(
@@ -46,6 +47,17 @@ class Transport {
   /// Closes the port and tries once to reopen the same device: with a VID, PID and serial number at
   /// any port, else at the same port.
   [[nodiscard]] virtual Expected<void, SetupError> reopen() = 0;
+
+ protected:
+  TransportInfo info_;
 };
+
+/// A port that has been opened.
+template <class Port, class... Settings>
+[[nodiscard]] Expected<std::unique_ptr<Transport>, SetupError> opened(const Settings&... settings) {
+  auto port = std::make_unique<Port>(settings...);
+  if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
+  return port;
+}
 
 }  // namespace merkel

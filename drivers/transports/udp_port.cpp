@@ -24,8 +24,6 @@ class UdpPort final : public Transport {
     describe();
   }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   /// One datagram at a time.
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
@@ -133,7 +131,6 @@ class UdpPort final : public Transport {
   }
 
   UdpSettings settings_;
-  TransportInfo info_;
   Socket socket_;
   std::optional<SocketAddress> peer_;
   std::chrono::steady_clock::time_point heard_{};  ///< the peer's last datagram
@@ -145,9 +142,8 @@ class UdpPort final : public Transport {
 }  // namespace
 
 Expected<std::unique_ptr<Transport>, SetupError> open_udp_port(const UdpSettings& settings) {
-  auto port = std::make_unique<UdpPort>(settings);
-  if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
-  if (settings.listen && !settings.allow_remote && !settings.address.loopback()) {
+  auto port = opened<UdpPort>(settings);
+  if (port && settings.listen && !settings.allow_remote && !settings.address.loopback()) {
     return remote_refused("udp:" + text_of(settings.address), settings.address.host,
                           "send samples, the first of them as the device");
   }

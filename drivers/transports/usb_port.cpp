@@ -28,8 +28,6 @@ class UsbPort final : public Transport {
   }
   ~UsbPort() override { close(); }
 
-  [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
     if (received_.empty()) handle_events(patience);
@@ -266,7 +264,6 @@ class UsbPort final : public Transport {
 
   UsbName name_;
   UsbEndpoints endpoints_;
-  TransportInfo info_;
   std::string node_;  ///< of the device that could not be opened
   libusb_context* context_ = nullptr;
   libusb_device_handle* device_ = nullptr;
@@ -283,9 +280,7 @@ class UsbPort final : public Transport {
 
 Expected<std::unique_ptr<Transport>, SetupError> open_usb_port(const UsbName& name,
                                                                const UsbEndpoints& endpoints) {
-  auto port = std::make_unique<UsbPort>(name, endpoints);
-  if (auto opened = port->reopen(); !opened) return Unexpected<SetupError>(opened.error());
-  return port;
+  return opened<UsbPort>(name, endpoints);
 }
 
 }  // namespace merkel

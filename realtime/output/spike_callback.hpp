@@ -18,21 +18,17 @@ class SpikeCallback final : public Sink {
 
   /// \param name  its name in the run's report
   SpikeCallback(std::string name, Function function)
-      : name_(std::move(name)), function_(std::move(function)) {}
+      : Sink(std::move(name)), function_(std::move(function)) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return name_; }
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     if (!batch.spikes.empty()) function_(batch.spikes);
     delivered_ += batch.spikes.size();
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
-  std::string name_;
   Function function_;
-  std::uint64_t delivered_ = 0;
 };
 
 }  // namespace merkel

@@ -23,14 +23,13 @@ class ViewSink final : public Sink {
   ViewSink(std::string uri, std::string address, ViewFrames frames,
            std::shared_ptr<ViewRequestHandler> requests, std::unique_ptr<ViewServer> server,
            std::chrono::nanoseconds period)
-      : uri_(std::move(uri)),
+      : Sink(std::move(uri)),
         address_(std::move(address)),
         frames_(std::move(frames)),
         requests_(std::move(requests)),
         server_(std::move(server)),
         period_(period) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::string address() const override { return address_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, SentCommand, TaxelBlock, TickRecord, LoopEvent, NeuronSample, Mark,
@@ -41,6 +40,7 @@ class ViewSink final : public Sink {
   [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
     follow_jumps();
     frames_.add(batch);
+    // To the page's server; the page reports the frames that it missed.
     delivered_ += batch.spikes.size();
     if (!batch.ticks.empty()) requests_->set_time(batch.ticks.back().time);
     send_if_due();
@@ -55,8 +55,6 @@ class ViewSink final : public Sink {
     server_->finish();
     return {};
   }
-  /// Spikes handed to the page's server; the page reports the frames that it missed.
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   /// After a seek in a played session, pages discard earlier data.
@@ -87,14 +85,12 @@ class ViewSink final : public Sink {
     server_->publish(frames_.take(flags), first);
   }
 
-  std::string uri_;
   std::string address_;
   ViewFrames frames_;
   std::shared_ptr<ViewRequestHandler> requests_;
   std::unique_ptr<ViewServer> server_;  ///< destroyed before the requests that it uses
   steady_clock::duration period_;
   steady_clock::time_point next_{};
-  std::uint64_t delivered_ = 0;
   std::uint32_t jumps_ = 0;
   bool forget_ = false;
 };

@@ -30,9 +30,8 @@ constexpr std::chrono::seconds kFirstTickWithin{10};
 /// lost commands switch all electrodes off.
 class BridgeObject::Outlet final : public Sink {
  public:
-  explicit Outlet(BridgeObject& bridge) : bridge_(bridge) {}
+  explicit Outlet(BridgeObject& bridge) : Sink("python"), bridge_(bridge) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, SentCommand, TickRecord>;
   }
@@ -52,7 +51,6 @@ class BridgeObject::Outlet final : public Sink {
     return {};
   }
   [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return delivered_; }
 
  private:
   template <class Event, class Row>
@@ -73,8 +71,6 @@ class BridgeObject::Outlet final : public Sink {
   }
 
   BridgeObject& bridge_;
-  std::string uri_ = "python";
-  std::uint64_t delivered_ = 0;
   std::vector<StimulationCommand> commands_;
 };
 

@@ -37,9 +37,8 @@ std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>
 /// Keeps spikes and stimulation commands.
 class Collector final : public Sink {
  public:
-  explicit Collector(RunObject& run) : run_(run) {}
+  explicit Collector(RunObject& run) : Sink("python"), run_(run) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, StimulationCommand>;
   }
@@ -59,7 +58,6 @@ class Collector final : public Sink {
  private:
   RunObject& run_;
   SpikeHash hash_;
-  std::string uri_ = "python";
 };
 
 std::vector<std::unique_ptr<Probe>> probes_of(const RunOptions& options, const Scene& scene) {

@@ -21,9 +21,8 @@ using std::chrono::nanoseconds;
 /// Keeps the records of a run.
 class TouchLog final : public Sink {
  public:
-  explicit TouchLog(EncodedTouch& touch) : touch_(touch) {}
+  explicit TouchLog(EncodedTouch& touch) : Sink("memory"), touch_(touch) {}
 
-  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
   }
@@ -40,7 +39,6 @@ class TouchLog final : public Sink {
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return touch_.spikes.size(); }
 
  private:
-  std::string uri_ = "memory";
   EncodedTouch& touch_;
 };
 
