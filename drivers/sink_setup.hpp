@@ -42,7 +42,7 @@ struct SinkSetup {
   std::uint32_t neurons = 0;  ///< of the model; spikes number them from 1
   bool overwrite = false;     ///< existing files may be replaced
   bool allow_remote = false;  ///< connections to and from other machines are allowed
-  RunDescription run;
+  RunDescription run = {};
   /// Receives messages of a sink while it opens. May be empty.
   std::function<void(const std::string&)> notice = {};
   /// Receives how far a long export has come. Thread: any. May be empty.

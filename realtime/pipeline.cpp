@@ -44,6 +44,18 @@ nanoseconds simulated_in(const RunCounters& counters, nanoseconds tick) {
 
 }  // namespace
 
+std::string RunReport::failure() const {
+  if (!error_message.empty()) return error_message;
+  for (const OfSink& sink : sinks) {
+    if (!sink.error_message.empty()) return sink.error_message;
+  }
+  return {};
+}
+
+std::string failure_of(const Expected<RunReport, SetupError>& report) {
+  return report ? report->failure() : report.error().sentence;
+}
+
 bool RunReport::complete() const {
   return error_message.empty() && std::all_of(sinks.begin(), sinks.end(), [](const OfSink& sink) {
            return sink.error_message.empty() && sink.delivered == sink.spikes_in;

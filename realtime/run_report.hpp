@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/expected.hpp"
 #include "core/records/run_counters.hpp"
 #include "core/records/tick_record.hpp"
 #include "drivers/probe.hpp"
@@ -101,7 +102,12 @@ struct RunReport : RunCounters {
   bool interrupted = false;   ///< stopped before the end of the streams
 
   [[nodiscard]] bool complete() const;
+  /// Why a probe or, after them, the first sink failed; empty if none did.
+  [[nodiscard]] std::string failure() const;
 };
+
+/// Why a run did not start, or why one of its probes or sinks failed; empty if all went well.
+[[nodiscard]] std::string failure_of(const Expected<RunReport, SetupError>& report);
 
 /// The progress of a run. Thread: any.
 struct RunProgress {

@@ -20,7 +20,6 @@
 #include "drivers/parsed_number.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/sessions/session_samples.hpp"
-#include "drivers/sinks/open_sink.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "tools/batch/batch_identity.hpp"
 #include "tools/run/stop_signal.hpp"
@@ -242,16 +241,12 @@ Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& model
   auto run = prepare(job, models);
   if (!run) return failure(run.error().sentence);
   const TactileModel& model = *run->model;
-  Pipeline pipeline(*run->model, run->parameters);
-  run->add_probes_to(pipeline);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
-                        .overwrite = true,  // BatchFolder::open has refused the files of others
-                        .run = std::move(run->description)};
   std::vector<std::string> sinks;
   if (!job.file.empty()) sinks.push_back(keep.format + ":" + keep.folder + "/" + job.file);
-  auto opened = open_sinks(sinks, setup);
-  if (!opened) return failure(opened.error().sentence);
-  for (auto& sink : *opened) pipeline.add_sink(std::move(sink));
+  // BatchFolder::open has refused the files of others.
+  const auto made = run->pipeline_to(sinks, {.overwrite = true});
+  if (!made) return failure(made.error().sentence);
+  Pipeline& pipeline = **made;
   SpikeHash hash;
   pipeline.add_sink(std::make_unique<SpikeCallback>(
       "hash", [&](std::span<const SpikeEvent> spikes) { hash.add(spikes); }));
@@ -269,11 +264,7 @@ Json run_batch_job(const BatchJob& job, const BatchKeep& keep, ModelCache& model
     return done;
   }();
   if (stopped && (!report || report->interrupted)) return {};
-  if (!report) return failure(report.error().sentence);
-  if (!report->error_message.empty()) return failure(report->error_message);
-  for (const RunReport::OfSink& sink : report->sinks) {
-    if (!sink.error_message.empty()) return failure(sink.error_message);
-  }
+  if (const std::string error = failure_of(report); !error.empty()) return failure(error);
   const auto& counts = report->spikes_of_neuron;
   const double span_s = std::max(units::s_from(report->simulated), 1e-9);
   const auto busiest = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());

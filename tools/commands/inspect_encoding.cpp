@@ -2,8 +2,6 @@
 #include <utility>
 
 #include "core/units.hpp"
-#include "drivers/sinks/open_sink.hpp"
-#include "realtime/pipeline.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/inspect.hpp"
 #include "tools/scene/prepared_run.hpp"
@@ -27,18 +25,11 @@ int inspect_encoding(const InspectOptions& options) {
   if (options.duration_s) {
     prepared->parameters.duration = units::nanoseconds_from_s(*options.duration_s);
   }
-  Pipeline pipeline(*prepared->model, prepared->parameters);
-  prepared->add_probes_to(pipeline);
-  auto sink =
-      open_sink("stim-csv:-", {.neurons = static_cast<std::uint32_t>(prepared->model->neurons()),
-                               .run = prepared->description});
-  if (!sink) return refuse(sink.error());
-  pipeline.add_sink(std::move(*sink));
-  const auto report = pipeline.run();
+  const auto report = prepared->run({"stim-csv:-"});
   if (!report) return refuse(report.error());
-  if (!report->error_message.empty()) return refuse(report->error_message);
-  const std::string& error = report->sinks.front().error_message;
-  return error.empty() ? kDone : fail(error);
+  const std::string failure = report->failure();
+  if (failure.empty()) return kDone;
+  return report->error_message.empty() ? fail(failure) : refuse(failure);
 }
 
 }  // namespace merkel

@@ -112,19 +112,6 @@ void report_on(TerminalLine& terminal, ServiceNotice& service, Pipeline::Paramet
   };
 }
 
-Expected<void, SetupError> add_sinks(const std::vector<std::string>& uris, const SinkSetup& setup,
-                                     Pipeline& pipeline) {
-  auto sinks = open_sinks(uris, setup);
-  if (!sinks) return Unexpected<SetupError>(sinks.error());
-  for (auto& sink : *sinks) {
-    const std::string address = sink->address();
-    if (!address.empty()) std::fprintf(stderr, "live page: %s\n", address.c_str());
-    pipeline.add_sink(std::move(sink));
-  }
-  if (setup.recording->offered()) pipeline.add_sink(session_on_request(setup.recording, setup));
-  return {};
-}
-
 /// Prints the summary. \return the exit code
 int conclude(const RunOptions& options, const PreparedRun& prepared, const Json& plan,
              const RunReport& report) {
@@ -143,11 +130,8 @@ int conclude(const RunOptions& options, const PreparedRun& prepared, const Json&
                  "recordings and simulated presses play again until Ctrl-C\n",
                  run_s);
   }
-  if (!report.error_message.empty()) {
-    return report.bad_input ? refuse(report.error_message) : fail(report.error_message);
-  }
-  for (const RunReport::OfSink& sink : report.sinks) {
-    if (!sink.error_message.empty()) return fail(sink.error_message);
+  if (const std::string failure = report.failure(); !failure.empty()) {
+    return report.bad_input ? refuse(failure) : fail(failure);
   }
   return failed(verdict_of(report, model), options.strict) ? kFailed : kDone;
 }
@@ -189,23 +173,20 @@ int run_scene(Scene scene, const RunOptions& options) {
   TerminalLine terminal;
   ServiceNotice service;
   report_on(terminal, service, parameters);
-  Pipeline pipeline(*prepared->model, parameters);
   RunDescription& description = prepared->description;
   if (!options.record.empty()) {
     description.facts.emplace_back("command", "merkel run --probe '" + description.probes[0].uri +
                                                   "' --record " + options.record);
   }
-  prepared->add_probes_to(pipeline);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()),
-                        .overwrite = options.overwrite,
-                        .allow_remote = options.allow_remote,
-                        .run = std::move(description),
-                        .notice = parameters.on_notice,
-                        .progress = warn,
-                        .recording = std::make_shared<RecordingSwitch>()};
-  if (auto added = add_sinks(prepared->scene.sinks, setup, pipeline); !added) {
-    return refuse(added.error());
-  }
+  const auto made = prepared->pipeline_to(
+      prepared->scene.sinks,
+      {.overwrite = options.overwrite,
+       .allow_remote = options.allow_remote,
+       .progress = warn,
+       .recording = std::make_shared<RecordingSwitch>()},
+      [](const std::string& address) { std::fprintf(stderr, "live page: %s\n", address.c_str()); });
+  if (!made) return refuse(made.error());
+  Pipeline& pipeline = **made;
 
   const StopSignal stop(pipeline);
   std::optional<StimulationControl> control;

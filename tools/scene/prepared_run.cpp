@@ -11,6 +11,8 @@
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/limited_probe.hpp"
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/sinks/open_sink.hpp"
+#include "drivers/sinks/recording_switch.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 #include "realtime/run_probes.hpp"
 #include "tools/scene/machine_facts.hpp"
@@ -227,6 +229,34 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
     pipeline.add_device(std::move(device.probe), inputs);
   }
   devices.clear();
+}
+
+Expected<std::unique_ptr<Pipeline>, SetupError> PreparedRun::pipeline_to(
+    const std::vector<std::string>& sinks, SinkSetup setup,
+    const std::function<void(const std::string&)>& on_address) {
+  auto pipeline = std::make_unique<Pipeline>(*model, parameters);
+  add_probes_to(*pipeline);
+  setup.neurons = static_cast<std::uint32_t>(model->neurons());
+  setup.run = description;
+  setup.notice = parameters.on_notice;
+  auto opened = open_sinks(sinks, setup);
+  if (!opened) return Unexpected<SetupError>(opened.error());
+  for (auto& sink : *opened) {
+    const std::string address = sink->address();
+    if (!address.empty() && on_address) on_address(address);
+    pipeline->add_sink(std::move(sink));
+  }
+  if (setup.recording != nullptr && setup.recording->offered()) {
+    pipeline->add_sink(session_on_request(setup.recording, setup));
+  }
+  return pipeline;
+}
+
+Expected<RunReport, SetupError> PreparedRun::run(const std::vector<std::string>& sinks,
+                                                 SinkSetup setup) {
+  const auto pipeline = pipeline_to(sinks, std::move(setup));
+  if (!pipeline) return Unexpected<SetupError>(pipeline.error());
+  return (*pipeline)->run();
 }
 
 Expected<PreparedRun, SetupError> prepare_run(Scene scene, RunPreparation preparation) {

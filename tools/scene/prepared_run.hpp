@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -60,10 +61,7 @@ struct Simulation {
 ///
 /// \code
 ///   auto run = prepare_run(*preset_scene("goodwin"), {.fast = true});
-///   Pipeline pipeline(*run->model, run->parameters);
-///   run->add_probes_to(pipeline);
-///   pipeline.add_sink(…);
-///   const auto report = pipeline.run();
+///   const auto report = run->run({"csv:spikes.csv"}, {.overwrite = true});
 /// \endcode
 struct PreparedRun : Simulation {
   Scene scene;  ///< including the chosen controls
@@ -79,6 +77,16 @@ struct PreparedRun : Simulation {
 
   /// Moves the devices into a pipeline. Call once.
   void add_probes_to(Pipeline& pipeline);
+  /// Makes a pipeline of the devices and the sinks of URIs, in order, and of a session on request
+  /// if one of them offers it. Call once. Fails if a sink cannot be opened.
+  /// \param setup       neurons, description and notice are set to those of the run
+  /// \param on_address  called with the address of each sink that has one; may be empty
+  [[nodiscard]] Expected<std::unique_ptr<Pipeline>, SetupError> pipeline_to(
+      const std::vector<std::string>& sinks, SinkSetup setup,
+      const std::function<void(const std::string&)>& on_address = {});
+  /// Runs to the end of the streams; as pipeline_to() and Pipeline::run().
+  [[nodiscard]] Expected<RunReport, SetupError> run(const std::vector<std::string>& sinks,
+                                                    SinkSetup setup = {});
 };
 
 struct RunPreparation {

@@ -5,8 +5,6 @@
 
 #include "core/simd/simd_target.hpp"
 #include "drivers/files/embedded_text.hpp"
-#include "drivers/sinks/open_sink.hpp"
-#include "realtime/pipeline.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/self_test/self_test.hpp"
@@ -38,17 +36,7 @@ Expected<std::string, SetupError> golden_run(const std::string& preset, const st
   scene->model.indenters.resize(1);
   auto run = prepare_run(std::move(*scene), {.fast = true});
   if (!run) return Unexpected<SetupError>(run.error());
-  Pipeline pipeline(*run->model, run->parameters);
-  run->add_probes_to(pipeline);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run->model->neurons()),
-                        .overwrite = true,
-                        .run = run->description};
-  auto sink = open_sink("csv:" + file, setup);
-  if (!sink) return Unexpected<SetupError>(sink.error());
-  pipeline.add_sink(std::move(*sink));
-  const auto report = pipeline.run();
-  if (!report) return Unexpected<SetupError>(report.error());
-  const std::string& error = report->sinks.front().error_message;
+  const std::string error = failure_of(run->run({"csv:" + file}, {.overwrite = true}));
   if (!error.empty()) return unavailable(error);
   std::ostringstream text;
   text << std::ifstream(file).rdbuf();

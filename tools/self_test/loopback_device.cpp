@@ -6,8 +6,6 @@
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sessions/session_reader.hpp"
 #include "drivers/simulation/device_simulator.hpp"
-#include "drivers/sinks/open_sink.hpp"
-#include "realtime/pipeline.hpp"
 #include "tools/run/session_replay.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -48,15 +46,7 @@ Expected<RunReport, SetupError> record_device(const std::string& uri, const std:
   auto run = prepare_run(std::move(*scene), {});
   if (!run) return Unexpected<SetupError>(run.error());
   run->parameters.duration = kLoopbackDuration;
-  Pipeline pipeline(*run->model, run->parameters);
-  run->add_probes_to(pipeline);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run->model->neurons()),
-                        .overwrite = true,
-                        .run = run->description};
-  auto sink = open_sink("xdf:" + session, setup);
-  if (!sink) return Unexpected<SetupError>(sink.error());
-  pipeline.add_sink(std::move(*sink));
-  return pipeline.run();
+  return run->run({"xdf:" + session}, {.overwrite = true});
 }
 
 Expected<SessionReplay::Outcome, SetupError> replay_of(const std::string& path) {
@@ -101,7 +91,7 @@ SelfCheck check_loopback_device(const std::string& folder) {
     check.finding = verdict.error().sentence;
     return check;
   }
-  const std::string error = report->error_message + report->sinks.front().error_message;
+  const std::string error = report->failure();
   check.passed = error.empty() && verdict->spikes > 0 && verdict->identical();
   check.finding = std::to_string(report->probes.front().samples_in) + " samples, " +
                   std::to_string(verdict->spikes) + " spikes, the replay of the session is " +

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "core/units.hpp"
-#include "drivers/sinks/open_sink.hpp"
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/python/src/run_object.hpp"
 #include "tools/python/src/scene_object.hpp"
@@ -95,19 +94,9 @@ BridgeObject::BridgeObject(Scene scene, const Options& options)
   if (const auto duration = duration_of(options.duration_s)) {
     run_->parameters.duration = duration;
   }
-  pipeline_ = std::make_unique<Pipeline>(*run_->model, run_->parameters);
-  run_->add_probes_to(*pipeline_);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run_->model->neurons()),
-                        .overwrite = options.overwrite,
-                        .allow_remote = options.allow_remote,
-                        .run = run_->description,
-                        .notice = notice};
-  for (auto& sink : or_throw(open_sinks(run_->scene.sinks, setup))) {
-    if (const std::string address = sink->address(); !address.empty()) {
-      notice("live page: " + address);
-    }
-    pipeline_->add_sink(std::move(sink));
-  }
+  pipeline_ = or_throw(run_->pipeline_to(
+      run_->scene.sinks, {.overwrite = options.overwrite, .allow_remote = options.allow_remote},
+      [&](const std::string& address) { notice("live page: " + address); }));
   pipeline_->add_sink(std::make_unique<Outlet>(*this));
   files_.complete();
   thread_ = std::thread([this] { run(); });

@@ -16,7 +16,7 @@
 #include "core/units.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/probes/replay_probe.hpp"
-#include "drivers/sinks/open_sink.hpp"
+#include "realtime/output/spike_callback.hpp"
 #include "tools/python/src/interpreter_exit.hpp"
 #include "tools/run/verdict.hpp"
 #include "tools/scene/prepared_run.hpp"
@@ -33,32 +33,6 @@ constexpr double kMinRun_s = 1e-6;
 
 double time_s_of(const SpikeRow& spike) { return spike.get<double>("time_ns"); }
 std::uint32_t neuron_of(const SpikeRow& spike) { return spike.get<std::uint32_t>("neuron"); }
-
-/// Keeps spikes and stimulation commands.
-class Collector final : public Sink {
- public:
-  explicit Collector(RunObject& run) : Sink("python"), run_(run) {}
-
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand>;
-  }
-  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    hash_.add(batch.spikes);
-    for (const SpikeEvent& spike : batch.spikes) run_.spikes.push_back(row_of(spike, {}));
-    for (const StimulationCommand& each : batch.commands)
-      run_.stimulation.push_back(row_of(each, {}));
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> close() override {
-    run_.spike_hash = hash_.text();
-    return {};
-  }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return run_.spikes.size(); }
-
- private:
-  RunObject& run_;
-  SpikeHash hash_;
-};
 
 std::vector<std::unique_ptr<Probe>> probes_of(const RunOptions& options, const Scene& scene) {
   std::vector<std::unique_ptr<Probe>> probes;
@@ -78,15 +52,6 @@ std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters) {
     all.emplace(std::string(field.name), counters.*field.cell);
   }
   return all;
-}
-
-std::string failure_of(const Expected<RunReport, SetupError>& report) {
-  if (!report) return report.error().sentence;
-  if (!report->error_message.empty()) return report->error_message;
-  for (const RunReport::OfSink& sink : report->sinks) {
-    if (!sink.error_message.empty()) return sink.error_message;
-  }
-  return {};
 }
 
 std::optional<std::chrono::nanoseconds> duration_of(std::optional<double> duration_s) {
@@ -135,40 +100,37 @@ RunObject run_scene(Scene scene, const RunOptions& options, ModelCache* models) 
   if (const auto duration = duration_of(options.duration_s)) run.parameters.duration = duration;
   run.parameters.on_notice = [&](const std::string& notice) { result.notices.push_back(notice); };
   bool interrupted = false;
-  Pipeline* running = nullptr;
+  std::unique_ptr<Pipeline> pipeline;
   run.parameters.on_progress = [&](const RunProgress&) {
     const GilAcquire gil;
     if (!interrupted && PyErr_CheckSignals() != 0) {
       interrupted = true;
-      running->request_stop_now();
+      pipeline->request_stop_now();
     }
   };
-  Pipeline pipeline(*run.model, run.parameters);
-  running = &pipeline;
-  run.add_probes_to(pipeline);
-  const SinkSetup setup{.neurons = static_cast<std::uint32_t>(run.model->neurons()),
-                        .overwrite = options.overwrite,
-                        .allow_remote = false,
-                        .run = std::move(run.description),
-                        .notice = run.parameters.on_notice};
-  for (auto& sink : or_throw(open_sinks(run.scene.sinks, setup))) {
-    pipeline.add_sink(std::move(sink));
-  }
-  pipeline.add_sink(std::make_unique<Collector>(result));
+  pipeline = or_throw(run.pipeline_to(run.scene.sinks, {.overwrite = options.overwrite}));
+  SpikeHash hash;
+  pipeline->add_sink(std::make_unique<RecordCallback>(
+      "python", kKinds<SpikeEvent, StimulationCommand>, [&](const RecordBatch& batch) {
+        hash.add(batch.spikes);
+        for (const SpikeEvent& each : batch.spikes) result.spikes.push_back(row_of(each, {}));
+        for (const auto& each : batch.commands) result.stimulation.push_back(row_of(each, {}));
+      }));
   std::atomic<bool> over{false};
   const LiveRun live([&] {
-    pipeline.request_stop_now();
+    pipeline->request_stop_now();
     over.wait(false);
   });
   auto report = [&] {
     const Over at_end(over);
-    return pipeline.run();
+    return pipeline->run();
   }();
   if (interrupted) {
     const GilAcquire gil;
     throw py::error_already_set();
   }
   if (std::string failure = failure_of(report); !failure.empty()) throw Error(failure);
+  result.spike_hash = hash.text();
   result.afferents = afferent_rows(run.model->parameters());
   result.start_s = units::s_from(report->start);
   result.duration_s = units::s_from(report->simulated);

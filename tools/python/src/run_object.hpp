@@ -62,8 +62,6 @@ struct RunOptions {
 
 /// The counters of a run, by name.
 [[nodiscard]] std::map<std::string, std::uint64_t> counters_of(const RunCounters& counters);
-/// Why a run failed; empty if it did not.
-[[nodiscard]] std::string failure_of(const Expected<RunReport, SetupError>& report);
 
 /// Adds Run to the module.
 void add_run(pybind11::module_& module);

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "core/units.hpp"
+#include "realtime/output/spike_callback.hpp"
 #include "realtime/pipeline.hpp"
 #include "tools/scene/prepared_run.hpp"
 
@@ -17,30 +18,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
-
-/// Keeps the records of a run.
-class TouchLog final : public Sink {
- public:
-  explicit TouchLog(EncodedTouch& touch) : Sink("memory"), touch_(touch) {}
-
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, StimulationCommand, TickRecord>;
-  }
-  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    const auto append = [](auto& to, const auto& from) {
-      to.insert(to.end(), from.begin(), from.end());
-    };
-    append(touch_.spikes, batch.spikes);
-    append(touch_.commands, batch.commands);
-    append(touch_.ticks, batch.ticks);
-    return {};
-  }
-  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
-  [[nodiscard]] std::uint64_t delivered() const noexcept override { return touch_.spikes.size(); }
-
- private:
-  EncodedTouch& touch_;
-};
 
 Choice encoder_choice(Electrode& electrode, std::vector<std::string>& words) {
   BoundFields fields;
@@ -173,7 +150,15 @@ Expected<EncodedTouch, SetupError> encode_touch(Scene scene, const std::string& 
   }
   Pipeline pipeline(*prepared->model, prepared->parameters);
   prepared->add_probes_to(pipeline);
-  pipeline.add_sink(std::make_unique<TouchLog>(touch));
+  const auto append = [](auto& to, const auto& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  pipeline.add_sink(std::make_unique<RecordCallback>(
+      "memory", kKinds<SpikeEvent, StimulationCommand, TickRecord>, [&](const RecordBatch& batch) {
+        append(touch.spikes, batch.spikes);
+        append(touch.commands, batch.commands);
+        append(touch.ticks, batch.ticks);
+      }));
   const auto report = pipeline.run();
   if (!report) return Unexpected<SetupError>(report.error());
   if (!report->error_message.empty()) return bad_input(report->error_message);
