@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -63,6 +64,20 @@ class SessionReader {
 
   /// Reads the next chunk that holds items. False at the end.
   [[nodiscard]] Expected<bool, SetupError> next(SessionChunk& chunk);
+  /// Calls visit(chunk) with each further chunk. It may return false to read no more.
+  template <class Visit>
+  [[nodiscard]] Expected<void, SetupError> for_each(const Visit& visit) {
+    for (SessionChunk chunk;;) {
+      const auto more = next(chunk);
+      if (!more) return Unexpected<SetupError>(more.error());
+      if (!*more) return {};
+      if constexpr (std::is_void_v<std::invoke_result_t<const Visit&, SessionChunk&>>) {
+        visit(chunk);
+      } else if (!visit(chunk)) {
+        return {};
+      }
+    }
+  }
 
   /// True if the recording was closed properly; valid after next() returned false.
   [[nodiscard]] bool complete() const noexcept { return footers_ > 0 && !file_.truncated(); }

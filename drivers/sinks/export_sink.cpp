@@ -52,12 +52,10 @@ Expected<void, std::string> SessionJournal::read(const Take& take) {
   if (!path) return Unexpected<std::string>(path.error());
   auto session = SessionReader::open(*path);
   if (!session) return Unexpected<std::string>(session.error().sentence);
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<std::string>(more.error().sentence);
-    if (!*more || !take(batch_of(chunk))) return {};
-  }
+  const auto read =
+      session->for_each([&](const SessionChunk& chunk) { return take(batch_of(chunk)); });
+  if (!read) return Unexpected<std::string>(read.error().sentence);
+  return {};
 }
 
 SinkSetup ExportSink::recovering(const Uri& uri, SinkSetup setup) {

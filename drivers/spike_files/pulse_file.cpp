@@ -140,15 +140,13 @@ Expected<PulseFile, SetupError> read_session_pulses(const std::string& path) {
   if (!session) return Unexpected<SetupError>(session.error());
   session->read_only({SessionStream::Id::kSync});
   PulseFile file{.format = "session", .lines = {}};
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) return file;
+  const auto read = session->for_each([&](const SessionChunk& chunk) {
     for (const SyncEdge& edge : chunk.edges) {
       if (edge.level == 1) file.lines[edge.line].push_back(edge.time);
     }
-  }
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
+  return file;
 }
 
 }  // namespace

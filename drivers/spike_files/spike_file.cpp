@@ -44,15 +44,13 @@ Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
   const auto origin = session_origin(*session);
   if (!origin) return Unexpected<SetupError>(origin.error());
   SpikeFile file{.format = "XDF", .spikes = {}, .from_start = true};
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) return file;
+  const auto read = session->for_each([&](const SessionChunk& chunk) {
     for (const SpikeEvent& spike : chunk.spikes) {
       file.spikes.push_back({.time = spike.time - origin->start, .neuron = spike.neuron});
     }
-  }
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
+  return file;
 }
 
 #ifndef MERKEL_WITH_HDF5

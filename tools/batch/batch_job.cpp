@@ -133,11 +133,9 @@ std::string duration_of(const std::string& path) {
   if (!session) return {};
   session->read_only({SessionStream::Id::kTicks});
   std::uint64_t ticks = 0;
-  for (SessionChunk chunk;;) {
-    const auto more = session->next(chunk);
-    if (!more || !*more) break;
+  static_cast<void>(session->for_each([&](const SessionChunk& chunk) {
     if (!chunk.ticks.empty()) ticks = chunk.ticks.back().number;
-  }
+  }));
   const auto tick_ns = parse_number(session->fact("tick_ns"));
   return tick_ns && ticks > 0 ? shortest_decimal(static_cast<double>(ticks) * *tick_ns / 1e9) : "";
 }

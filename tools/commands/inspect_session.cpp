@@ -88,13 +88,8 @@ std::string row_of(const Mark& mark) {
 /// Calls work(chunk) for each chunk of a session. \return the exit code
 template <class Work>
 int for_each_chunk(SessionReader& session, const Work& work) {
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session.next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) return kDone;
-    work(chunk);
-  }
+  const auto read = session.for_each(work);
+  return read ? kDone : refuse(read.error());
 }
 
 int print_marks(SessionReader& session) {

@@ -139,12 +139,9 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
 /// the same bits could be made.
 int press_again(const ReplayOptions& options, SessionReader& session, Scene scene) {
   std::uint64_t spikes = 0;
-  for (SessionChunk chunk;;) {
-    const auto more = session.next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) break;
-    spikes += chunk.spikes.size();
-  }
+  const auto read =
+      session.for_each([&](const SessionChunk& chunk) { spikes += chunk.spikes.size(); });
+  if (!read) return refuse(read.error());
   std::vector<std::string> probes;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     probes.push_back("replay:" + options.session + "?probe=" + std::to_string(i));
@@ -232,18 +229,16 @@ int replay(const ReplayOptions& options) {
             for (const auto& sink : sinks) keep(sink->write({.ticks = ticks}));
           }};
   SessionReplay replay(*model, encoder->get());
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return refuse(more.error());
-    if (!*more) break;
+  const auto read = session->for_each([&](SessionChunk& chunk) {
     numbering.apply(chunk);
     for (const auto& sink : sinks) {
       if (!chunk.taxels.empty()) keep(sink->write({.taxels = chunk.taxels}));
     }
     replay.take(chunk, made);
-    if (!error_message.empty()) return fail(error_message);
-  }
+    return error_message.empty();
+  });
+  if (!read) return refuse(read.error());
+  if (!error_message.empty()) return fail(error_message);
   const SessionReplay::Outcome verdict = replay.finish(made);
   for (const auto& sink : sinks) keep(sink->close());
   if (!error_message.empty()) return fail(error_message);

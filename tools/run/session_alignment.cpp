@@ -162,11 +162,7 @@ Expected<SessionClock, SetupError> SessionClock::read(const RecordedSession& ses
   reader->read_only(
       {SessionStream::Id::kTicks, SessionStream::Id::kSamples, SessionStream::Id::kSync});
   std::optional<std::uint32_t> device;
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = reader->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) break;
+  const auto read = reader->for_each([&](const SessionChunk& chunk) {
     const auto extend = [&](nanoseconds time) {
       clock.first = std::min(clock.first, time);
       clock.last = std::max(clock.last, time);
@@ -179,7 +175,8 @@ Expected<SessionClock, SetupError> SessionClock::read(const RecordedSession& ses
       device = edge.probe;
       (edge.level == 1 ? clock.rises : clock.falls)[edge.line].push_back(edge.time);
     }
-  }
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   for (auto& [label, times] : clock.marks) std::sort(times.begin(), times.end());
   for (auto* const edges : {&clock.rises, &clock.falls}) {
     for (auto& [line, times] : *edges) {

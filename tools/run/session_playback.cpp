@@ -32,16 +32,13 @@ Expected<SessionPlayback::Extent, SetupError> SessionPlayback::measure(const std
   auto session = SessionReader::open(path);
   if (!session) return Unexpected<SetupError>(session.error());
   Extent extent;
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) break;
-    if (chunk.ticks.empty()) continue;
+  const auto read = session->for_each([&](const SessionChunk& chunk) {
+    if (chunk.ticks.empty()) return;
     if (extent.ticks == 0) extent.start = chunk.ticks.front().time - tick;
     extent.end = chunk.ticks.back().time;
     extent.ticks += chunk.ticks.size();
-  }
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   if (extent.ticks == 0 || extent.end <= extent.start) {
     return bad_input(path +
                      " contains no tick inputs: it was recorded without a simulation, or ended "

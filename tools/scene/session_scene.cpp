@@ -130,12 +130,8 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
   fill("probe_calibration", &ProbeInfo::calibration);
   const auto start = session_start(*session);
   if (!start) return Unexpected<SetupError>(start.error());
-  SessionChunk chunk;
   std::size_t missing = probes.size();
-  while (missing > 0) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) break;
+  const auto read = session->for_each([&](const SessionChunk& chunk) {
     for (const DeliveredSample& each : chunk.samples) {
       if (each.probe >= probes.size() || probes[each.probe].channels != 0U) continue;
       probes[each.probe].channels = each.sample.channels;
@@ -143,7 +139,9 @@ Expected<std::vector<ProbeInfo>, SetupError> probes_of_session(const std::string
       if (each.sample.time != *start) probes[each.probe].run = RecordedRun{.start = *start};
       --missing;
     }
-  }
+    return missing > 0;
+  });
+  if (!read) return Unexpected<SetupError>(read.error());
   return probes;
 }
 

@@ -57,13 +57,9 @@ Expected<SessionReplay::Outcome, SetupError> replay_of(const std::string& path) 
   auto model = TactileModel::create(scene->model);
   if (!model) return bad_input(scene->sentence(model.error()));
   SessionReplay replay(*model);
-  SessionChunk chunk;
-  for (;;) {
-    const auto more = session->next(chunk);
-    if (!more) return Unexpected<SetupError>(more.error());
-    if (!*more) return replay.finish();
-    replay.take(chunk);
-  }
+  const auto read = session->for_each([&](const SessionChunk& chunk) { replay.take(chunk); });
+  if (!read) return Unexpected<SetupError>(read.error());
+  return replay.finish();
 }
 
 }  // namespace
