@@ -12,35 +12,15 @@
 
 namespace merkel {
 
-// Each function adds one subcommand to the program.
-void add_run_command(CommandLine& program);
-void add_record_command(CommandLine& program);
-void add_replay_command(CommandLine& program);
-void add_export_command(CommandLine& program);
-void add_compare_command(CommandLine& program);
-void add_compare_encoders_command(CommandLine& program);
-void add_doctor_command(CommandLine& program);
-void add_probes_command(CommandLine& program);
-void add_connect_command(CommandLine& program);
-void add_calibrate_command(CommandLine& program);
-void add_simulate_probe_command(CommandLine& program);
-void add_inspect_command(CommandLine& program);
-void add_inspect_session_command(CommandLine& inspect);
-void add_scene_command(CommandLine& program);
-void add_figures_command(CommandLine& program);
-void add_score_command(CommandLine& program);
-void add_fit_command(CommandLine& program);
-void add_fit_skin_command(CommandLine& fit);
-void add_batch_command(CommandLine& program);
-void add_bench_command(CommandLine& program);
-void add_merge_command(CommandLine& program);
-void add_align_command(CommandLine& program);
-void add_bundle_command(CommandLine& program);
-void add_chart_command(CommandLine& program);
-void add_plan_command(CommandLine& program);
-void add_plot_command(CommandLine& program);
-void add_self_test_command(CommandLine& program);
-void add_completion_command(CommandLine& program);
+/// Adds a subcommand to the program, or to one of its commands.
+using AddCommand = void(CommandLine& program);
+AddCommand add_run_command, add_record_command, add_replay_command, add_export_command,
+    add_compare_command, add_compare_encoders_command, add_doctor_command, add_probes_command,
+    add_connect_command, add_calibrate_command, add_simulate_probe_command, add_inspect_command,
+    add_inspect_session_command, add_scene_command, add_figures_command, add_score_command,
+    add_fit_command, add_fit_skin_command, add_batch_command, add_bench_command, add_merge_command,
+    add_align_command, add_bundle_command, add_chart_command, add_plan_command, add_plot_command,
+    add_self_test_command, add_completion_command;
 
 /// "20 patches and 3 probes".
 [[nodiscard]] std::string contents_of(const Scene& scene);

@@ -44,32 +44,20 @@ int run_merkel(int argc, char** argv) {
   const ReadFiles inputs;
   try {
     return run_command_line(argc, argv, [](CommandLine& program) {
-      add_run_command(program);
-      add_record_command(program);
-      add_replay_command(program);
-      add_export_command(program);
-      add_compare_command(program);
-      add_compare_encoders_command(program);
-      add_batch_command(program);
-      add_merge_command(program);
-      add_align_command(program);
-      add_bundle_command(program);
-      add_plot_command(program);
-      add_doctor_command(program);
-      add_probes_command(program);
-      add_connect_command(program);
-      add_calibrate_command(program);
-      add_simulate_probe_command(program);
-      add_inspect_command(program);
-      add_scene_command(program);
-      add_figures_command(program);
-      add_score_command(program);
-      add_fit_command(program);
-      add_bench_command(program);
-      add_chart_command(program);
-      add_plan_command(program);
-      add_self_test_command(program);
-      add_completion_command(program);
+      for (AddCommand* const add : {add_run_command,       add_record_command,
+                                    add_replay_command,    add_export_command,
+                                    add_compare_command,   add_compare_encoders_command,
+                                    add_batch_command,     add_merge_command,
+                                    add_align_command,     add_bundle_command,
+                                    add_plot_command,      add_doctor_command,
+                                    add_probes_command,    add_connect_command,
+                                    add_calibrate_command, add_simulate_probe_command,
+                                    add_inspect_command,   add_scene_command,
+                                    add_figures_command,   add_score_command,
+                                    add_fit_command,       add_bench_command,
+                                    add_chart_command,     add_plan_command,
+                                    add_self_test_command, add_completion_command})
+        add(program);
     });
   } catch (const std::system_error& error) {
     if (error.code() != std::errc::resource_unavailable_try_again) return fail(error.what());
