@@ -102,13 +102,10 @@ Expected<void, SetupError> UriOptions::finish() const {
   names.assign(known_.begin(), known_.end());
   for (const auto& [name, value] : uri_.options) {
     if (known_.contains(name)) continue;
-    const std::string nearest = nearest_name(name, names);
-    std::string list;
-    for (const std::string& known : names) list.append(list.empty() ? "" : ", ").append(known);
     return bad_input("\"" + uri_.text + "\": the option " + name + " is unknown" +
-                     (!nearest.empty() ? ": did you mean " + nearest + "?"
-                      : list.empty()   ? "; there are none"
-                                       : "; the known ones are: " + list));
+                     did_you_mean(name, names,
+                                  names.empty() ? "; there are none"
+                                                : "; the known ones are: " + listed(names)));
   }
   return {};
 }

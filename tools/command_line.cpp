@@ -52,10 +52,8 @@ std::string unknown_word(const CLI::App& program, int argc, char** argv) {
     }
     // Everything after the last subcommand is one of its arguments.
     if (names.empty() || word == "--") continue;
-    const std::string nearest = nearest_name(bare, names);
     return std::string("there is no ") + (option ? "option " : "command ") + bare +
-           (nearest.empty() ? ": " + command + " --help lists them"
-                            : ": did you mean " + nearest + "?");
+           did_you_mean(bare, names, ": " + command + " --help lists them");
   }
   return {};
 }

@@ -57,9 +57,8 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
       continue;
     }
     if (std::find(kKeys.begin(), kKeys.end(), word) == kKeys.end()) {
-      const std::string nearest = nearest_name(word, kKeys);
       return bad_input(at(path, node) + "the key " + full + " is unknown" +
-                       (nearest.empty() ? "" : ": did you mean " + nearest + "?"));
+                       did_you_mean(word, kKeys));
     }
     if (word == "range") {
       const toml::array* const ends = node.as_array();

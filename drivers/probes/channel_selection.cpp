@@ -36,11 +36,10 @@ Expected<ChannelName, std::string> find(std::string_view name,
   }
   std::vector<std::string> names;
   for (const ChannelName& each : channels) names.push_back(each.name);
-  const std::string nearest = column ? "" : nearest_name(std::string(name), names);
   return Unexpected<std::string>(
       (column ? "column " + std::string(name) + " is no force and no length"
               : "there is no channel \"" + std::string(name) + "\"") +
-      (nearest.empty() ? ": " : ": did you mean " + nearest + "? ") +
+      (column ? ":" : did_you_mean(name, names, ":")) + " " +
       (channels.empty() ? "the device names none" : "The device has " + listed_channels(channels)));
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/parameters/nearest_name.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/printable_text.hpp"
 
@@ -28,11 +29,9 @@ Expected<SyncLines, std::string> SyncLines::choose(std::string_view wanted,
     const auto level =
         name.size() == part.size() ? kDigitalLevel : parse_number(part.substr(name.size() + 1));
     if (found == channels.end()) {
-      std::string known;
-      for (const ChannelName& each : channels) known += (known.empty() ? "" : ", ") + each.name;
       return Unexpected<std::string>("sync=" + std::string(part) +
                                      " names no channel of the device, which has " +
-                                     printable_text(known));
+                                     printable_text(listed(channels, &ChannelName::name)));
     }
     if (!level || !std::isfinite(*level) || *level == 0.0) {
       return Unexpected<std::string>("sync=" + std::string(part) +

@@ -50,18 +50,14 @@ bool is_carried(const ProtocolEntry& entry, std::string_view scheme) noexcept {
 Expected<const ProtocolEntry*, SetupError> find_protocol(std::string_view name) {
   if (name == kAtiRdt.name) return &kAtiRdt;
   std::vector<std::string> names;
-  std::string list;
   for (const ProtocolEntry& entry : kTable) {
     if (entry.name == name) return &entry;
     names.emplace_back(entry.name);
-    list += (list.empty() ? "" : ", ") + std::string(entry.name);
   }
   if (name.empty())
-    return bad_input("the option protocol is missing: add protocol= and one of " + list);
-  const std::string nearest = nearest_name(std::string(name), names);
-  return bad_input(
-      "there is no protocol \"" + std::string(name) + "\"" +
-      (nearest.empty() ? "; the known ones are " + list : ": did you mean " + nearest + "?"));
+    return bad_input("the option protocol is missing: add protocol= and one of " + listed(names));
+  return bad_input("there is no protocol \"" + std::string(name) + "\"" +
+                   did_you_mean(name, names, "; the known ones are " + listed(names)));
 }
 
 std::string_view likely_protocol(std::span<const std::uint8_t> bytes) {

@@ -11,6 +11,7 @@
 
 #include <pugixml.hpp>
 
+#include "core/parameters/nearest_name.hpp"
 #include "drivers/parsed_number.hpp"
 #include "drivers/sample_channels.hpp"
 #include "drivers/sample_limits.hpp"
@@ -72,14 +73,12 @@ Expected<bool, SetupError> RigRecording::read(XdfFile& file, std::string_view ri
     found.emplace(number, std::move(each));
   }
   if (rigs.empty()) return false;
-  std::string names;
-  for (const std::string& each : rigs) names.append(names.empty() ? "" : ", ").append(each);
   const bool only = rig.empty() && rigs.size() == 1;
   if (!only && std::ranges::find(rigs, rig) == rigs.end()) {
     return bad_input(file.path() +
                      (rig.empty() ? " is a recording of the rigs "
                                   : " has no rig " + std::string(rig) + ", but ") +
-                     names + ": choose one, " + file.path() + "@" + rigs[0]);
+                     listed(rigs) + ": choose one, " + file.path() + "@" + rigs[0]);
   }
   if (auto taken = take(found, only ? rigs[0] : std::string(rig)); !taken)
     return Unexpected<SetupError>(taken.error());

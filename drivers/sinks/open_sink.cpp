@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "core/parameters/nearest_name.hpp"
 #include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
 #include "drivers/lsl_library.hpp"
@@ -137,11 +138,7 @@ Expected<void, SetupError> check_apart(std::span<const std::string> uris) {
 
 }  // namespace
 
-std::string sink_schemes() {
-  std::string list;
-  for (const Scheme& scheme : kSchemes) list.append(list.empty() ? "" : ", ").append(scheme.usage);
-  return list;
-}
+std::string sink_schemes() { return listed(kSchemes, &Scheme::usage); }
 
 std::string sink_options_help() {
   std::string text = "Sinks and their options, SINK?option=value&...:";

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/transports/redis_connection.hpp"
 
@@ -93,10 +94,8 @@ class RedisPort final : public Transport {
       lines_.choose_fields(entries->front().fields, factors);
       for (const IdentifiedEntry& entry : *entries) lines_.add(entry.fields);
       if (!lines_.fields().empty()) return {};
-      std::string names;
-      for (const auto& [name, value] : entries->front().fields) {
-        names.append(names.empty() ? "" : ", ").append(name);
-      }
+      const std::string names =
+          listed(entries->front().fields, [](const auto& field) { return field.first; });
       return bad_input("\"" + uri_.text +
                        "\": no field of its entries is a number and named as a " +
                        "force, a depth or a position (they are " + names +

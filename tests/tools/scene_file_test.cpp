@@ -48,6 +48,10 @@ TEST(SceneFile, AnInfiniteRadiusMeansFlatSkinWhateverThePreset) {
   EXPECT_EQ(cylinder->model.skin.finger_along_mm(), 9.0);
 }
 
+TEST(SceneFile, ControlCharactersInATextAreEscaped) {
+  EXPECT_EQ(toml_string("a\x01\"\\\x7f"), "\"a\\u0001\\\"\\\\\\u007f\"");
+}
+
 TEST(SceneFile, EveryKeyReachesItsParameter) {
   const auto scene = parse_scene(R"(
 [probe]

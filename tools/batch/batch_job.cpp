@@ -148,12 +148,11 @@ Expected<BatchKeep, SetupError> keep_in(const std::string& folder, const std::st
   const std::vector<std::pair<std::string, std::string>> known = {{"table", ""},    {"nwb", "nwb"},
                                                                   {"xdf", "xdf"},   {"csv", "csv"},
                                                                   {"sonata", "h5"}, {"gdf", "gdf"}};
-  std::string list;
   for (const auto& [name, extension] : known) {
     if (name == format) return BatchKeep{folder, extension.empty() ? "" : name, extension};
-    list.append(list.empty() ? "" : ", ").append(name);
   }
-  return bad_input("--keep " + format + " is not one of " + list);
+  return bad_input("--keep " + format + " is not one of " +
+                   listed(known, [](const auto& each) { return each.first; }));
 }
 
 Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, const BatchKeep& keep) {
@@ -167,11 +166,10 @@ Expected<std::vector<BatchJob>, SetupError> jobs_of(const TextTable& table, cons
         std::find(known.begin(), known.end(), column) != known.end()) {
       continue;
     }
-    const std::string nearest = nearest_name(column, known);
     return bad_input("the jobs have a column \"" + column + "\"" +
-                     (nearest.empty() ? ": the columns are scene, probe, seed, duration_s, name "
-                                        "and keys of scenes such as skin.radius_mm"
-                                      : ": did you mean " + nearest + "?"));
+                     did_you_mean(column, known,
+                                  ": the columns are scene, probe, seed, duration_s, name "
+                                  "and keys of scenes such as skin.radius_mm"));
   }
   std::vector<BatchJob> jobs;
   std::map<std::string, std::string> names;  // of kept files, with the job of each

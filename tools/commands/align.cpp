@@ -9,6 +9,7 @@
 
 #include <fmt/core.h>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "drivers/files/dated_name.hpp"
 #include "drivers/files/output_file.hpp"
@@ -49,10 +50,9 @@ Expected<std::vector<nanoseconds>, SetupError> pulses_of(const AlignOptions& opt
   const std::uint32_t wanted = options.to_line.value_or(0);
   if (file->lines.contains(wanted)) return std::move(file->lines.at(wanted));
   if (!options.to_line && file->lines.size() == 1) return std::move(file->lines.begin()->second);
-  std::string known;
-  for (const auto& [line, times] : file->lines) {
-    known += fmt::format("{}{} ({} pulses)", known.empty() ? "" : ", ", line, times.size());
-  }
+  const std::string known = listed(file->lines, [](const auto& line) {
+    return fmt::format("{} ({} pulses)", line.first, line.second.size());
+  });
   if (known.empty()) return bad_input(options.to + " has no pulses of a sync line");
   return bad_input(options.to + " has the lines " + known + ": choose one with --to-line");
 }
@@ -104,10 +104,9 @@ Expected<Json, SetupError> match_session(const AlignOptions& options,
 Expected<RecordedAlignment, SetupError> only_alignment(const RecordedSession& session) {
   auto all = recorded_alignments(session.run().facts);
   if (all.size() == 1) return std::move(all.front());
-  std::string known;
-  for (const RecordedAlignment& each : all) known += (known.empty() ? "" : ", ") + each.to;
   return bad_input(session.path() +
-                   (all.empty() ? " records no alignment" : " records alignments to " + known) +
+                   (all.empty() ? " records no alignment"
+                                : " records alignments to " + listed(all, &RecordedAlignment::to)) +
                    ": name the pulses on the other clock with --to");
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/simd/simd_target.hpp"
 #include "core/units.hpp"
 #include "realtime/threads/spinning_team.hpp"
@@ -254,7 +255,7 @@ int bench(const BenchOptions& options) {
   if (auto forced = force_simd_target(options.target); !forced) return refuse(forced.error());
   const auto method = integration_method_named(options.method);
   if (!method) {
-    return refuse("--method must be one of " + joined(integration_method_names()) + ", but is \"" +
+    return refuse("--method must be one of " + listed(integration_method_names()) + ", but is \"" +
                   options.method + "\"");
   }
   const auto team = SpinningTeam::create(std::min(2, SpinningTeam::available_cores()));

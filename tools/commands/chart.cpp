@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/simd/simd_target.hpp"
 #include "tools/commands/command.hpp"
 
@@ -25,8 +26,7 @@ int chart(const ChartCommand& command) {
                                    {"stability", make_stability_chart},
                                    {"touched area", make_touch_chart}};
   if (!command.only.empty()) {
-    std::string names;
-    for (const ReportPart& part : parts) names.append(names.empty() ? "" : ", ").append(part.name);
+    const std::string names = listed(parts, &ReportPart::name);
     std::erase_if(parts, [&](const ReportPart& part) { return part.name != command.only; });
     if (parts.empty()) return refuse("--only must be one of: " + names);
   }

@@ -16,10 +16,4 @@ std::size_t jobs_or_cores(const std::optional<double>& jobs) {
   return static_cast<std::size_t>(jobs.value_or(SpinningTeam::available_cores()));
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
-  return text;
-}
-
 }  // namespace merkel

@@ -28,7 +28,4 @@ AddCommand add_run_command, add_record_command, add_replay_command, add_export_c
 /// The value of an option --jobs; by default, the number of cores that the program may use.
 [[nodiscard]] std::size_t jobs_or_cores(const std::optional<double>& jobs);
 
-/// The words, separated by ", ".
-[[nodiscard]] std::string joined(const std::vector<std::string>& words);
-
 }  // namespace merkel

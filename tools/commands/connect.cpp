@@ -34,6 +34,7 @@
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/scene/scene_file.hpp"
+#include "tools/scene/scene_keys.hpp"
 
 namespace merkel {
 namespace {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "tools/commands/command.hpp"
@@ -67,7 +68,7 @@ int inspect_neuron(const InspectOptions& options) {
       ParameterCheck()
           .also(neuron.check())
           .require(method.has_value(), "--method",
-                   "must be one of " + joined(integration_method_names()))
+                   "must be one of " + listed(integration_method_names()))
           .require(step.count() > 0, "--step-us", "must be at least 0.001")
           .require(options.current.has_value() == options.ramp.empty(), "--current",
                    "or --ramp must be given, but not both")

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/channel_selection.hpp"
@@ -209,7 +210,7 @@ void add_run_command(CommandLine& program) {
           "run --fast --probe 'sim:taps?count=6' --sink csv:spikes.csv")
       .option("scene", options->scene,
               "Scene file (TOML), an example (merkel scene --list), or a preset: " +
-                  joined(preset_names()))
+                  listed(preset_names()))
       .list("--probe", options->probes,
             "Probe URI, once for each of the scene's probes: replay:FILE, sim:SHAPE, "
             "serial:DEVICE?protocol=NAME, hid:VID:PID, usb:VID:PID, udp:HOST:PORT?protocol=NAME, "

@@ -2,6 +2,7 @@
 #include <memory>
 #include <string>
 
+#include "core/parameters/nearest_name.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -43,7 +44,7 @@ void add_scene_command(CommandLine& program) {
       .subcommand("scene",
                   "Prints a preset or a scene file as a complete, commented scene file: every key "
                   "with its value, unit, range and meaning. Presets: " +
-                      joined(preset_names()) + ".",
+                      listed(preset_names()) + ".",
                   "scene goodwin > my.toml; merkel run my.toml")
       .option("scene", command->scene, "Preset, example or scene file (TOML)")
       .flag("--list", command->list, "Print the presets and the examples, a line each, instead")

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "drivers/files/example_file.hpp"
 #include "drivers/protocols/protocol_table.hpp"
@@ -153,11 +154,8 @@ int simulate(const SimulateOptions& options) {
 
 void add_simulate_probe_command(CommandLine& program) {
   auto options = std::make_shared<SimulateOptions>();
-  std::string names;
-  for (const ProtocolEntry& entry : protocol_table()) {
-    names += (names.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  names += ", " + std::string(ati_rdt_entry().name);
+  const std::string names =
+      listed(protocol_table(), &ProtocolEntry::name) + ", " + std::string(ati_rdt_entry().name);
   program
       .subcommand(
           "simulate-probe",

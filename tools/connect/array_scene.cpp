@@ -9,7 +9,7 @@
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/uri.hpp"
-#include "tools/connect/hand_scene.hpp"
+#include "tools/scene/scene_keys.hpp"
 
 namespace merkel {
 namespace {

@@ -12,6 +12,8 @@
 
 #include <fmt/core.h>
 
+#include "tools/scene/scene_keys.hpp"
+
 namespace merkel {
 namespace {
 
@@ -63,15 +65,6 @@ std::string_view patch_named(const std::string& channel) {
 }
 
 }  // namespace
-
-std::string toml_string(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
 
 std::vector<PlacedChannel> place_on_hand(const std::vector<FoundChannel>& channels) {
   const bool force = std::any_of(channels.begin(), channels.end(),

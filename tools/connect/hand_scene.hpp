@@ -34,9 +34,6 @@ struct PlacedChannel {
                                           const std::vector<PlacedChannel>& placed,
                                           const std::vector<std::string>& lacking);
 
-/// A text as TOML writes it.
-[[nodiscard]] std::string toml_string(const std::string& text);
-
 /// The standard deviation of forces while they were near 0, in the parts of a measurement of which
 /// that can be said. \param values  in order of time, N
 [[nodiscard]] std::optional<double> noise_at_rest(const std::vector<double>& values);

@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "drivers/parsed_number.hpp"
 
@@ -38,9 +39,7 @@ nanoseconds drift_of(const SessionClock& clock) {
 }
 
 std::string labels_of(const SessionClock& clock) {
-  std::string list;
-  for (const auto& [label, times] : clock.marks)
-    list.append(list.empty() ? "" : ", ").append(label);
+  const std::string list = listed(clock.marks, [](const auto& mark) { return mark.first; });
   return list.empty() ? "it has no marks" : "its marks are " + list;
 }
 
@@ -60,10 +59,8 @@ Expected<std::uint32_t, SetupError> sync_line_of(const SessionClock& session,
   }
   if (wanted && session.rises.contains(*wanted)) return *wanted;
   if (!wanted && session.rises.size() == 1) return session.rises.begin()->first;
-  std::string known;
-  for (const auto& [line, times] : session.rises) {
-    known += (known.empty() ? "" : ", ") + std::to_string(line);
-  }
+  const std::string known =
+      listed(session.rises, [](const auto& line) { return std::to_string(line.first); });
   return bad_input(session.path + " has the sync lines " + known + ": choose one with --line");
 }
 

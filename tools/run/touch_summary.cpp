@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/contact/contact_validity.hpp"
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "drivers/probes/fused_probe.hpp"
 #include "drivers/uri.hpp"
@@ -121,10 +122,8 @@ Json validity_json(const Scene& scene, const TactileModel& model, const RunRepor
   }
   // Names, unless one entry stands for all.
   for (Json& entry : entries) {
-    std::string name;
-    for (const Json& probe : entry["probes"]) {
-      name += (name.empty() ? "" : ", ") + probe.get<std::string>();
-    }
+    const std::string name =
+        listed(entry["probes"], [](const Json& probe) { return probe.get<std::string>(); });
     entry["name"] = entries.size() > 1 ? name : "";
   }
   return entries;

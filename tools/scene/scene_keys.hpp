@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/parameters/field.hpp"
@@ -36,6 +37,9 @@ struct SceneSection {
 };
 /// All tables of a scene except its sinks, in reading order, borrowed from it.
 [[nodiscard]] std::vector<SceneSection> sections_of(Scene& scene);
+
+/// A text as TOML writes it.
+[[nodiscard]] std::string toml_string(std::string_view text);
 
 /// A scene as a complete, commented scene file. parse_scene reads it back to the same scene.
 [[nodiscard]] std::string scene_text(const Scene& scene);

@@ -86,10 +86,8 @@ Expected<BoundField, SetupError> key_named(Scene& scene, const std::string& give
     if (each.name == name) return each.key;
     names.push_back(each.name);
   }
-  const std::string nearest = nearest_name(name, names);
   return bad_input("the scene has no key " + given +
-                   (nearest.empty() ? ": merkel scene --keys lists the keys of all scenes"
-                                    : ": did you mean " + nearest + "?"));
+                   did_you_mean(name, names, ": merkel scene --keys lists the keys of all scenes"));
 }
 
 Expected<Scene, SetupError> scene_of_keys(Scene changed, const Scene& before) {

@@ -207,10 +207,9 @@ Expected<Scene, SetupError> scene_named(const std::string& name_or_file) {
   std::vector<std::string> names = preset_names();
   const std::vector<std::string> examples = example_names(Example::kScene);
   names.insert(names.end(), examples.begin(), examples.end());
-  const std::string nearest = nearest_name(name_or_file, names);
-  return bad_input("there is no preset, example or scene file " + name_or_file +
-                   (nearest.empty() ? ": merkel scene --list prints the presets and examples"
-                                    : ": did you mean " + nearest + "?"));
+  return bad_input(
+      "there is no preset, example or scene file " + name_or_file +
+      did_you_mean(name_or_file, names, ": merkel scene --list prints the presets and examples"));
 }
 
 }  // namespace merkel

@@ -195,15 +195,12 @@ void SceneTable::refuse(std::string_view key, const std::string& reason) {
 void SceneTable::finish() {
   for (const auto& [key, node] : table_) {
     if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
-    const std::string nearest = nearest_name(key.str(), known_);
-    std::string list;
-    for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);
     const std::string kind = node.is_table() || node.is_array_of_tables() ? "table" : "key";
     const std::string full =
         name_.empty() ? std::string(key.str()) : name_ + "." + std::string(key.str());
-    findings_.fail(key.source(), "the " + kind + " " + full + " is unknown" +
-                                     (nearest.empty() ? "; the known ones are: " + list
-                                                      : ": did you mean " + nearest + "?"));
+    findings_.fail(key.source(),
+                   "the " + kind + " " + full + " is unknown" +
+                       did_you_mean(key.str(), known_, "; the known ones are: " + listed(known_)));
   }
 }
 

@@ -2,12 +2,12 @@
 #include <cmath>
 #include <type_traits>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/scene/model_fields.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
-namespace {
 
 std::string toml_string(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789abcdef";
@@ -25,6 +25,8 @@ std::string toml_string(std::string_view text) {
   }
   return result + "\"";
 }
+
+namespace {
 
 /// A value as text for a scene file; empty for an optional that is not set.
 struct TextOf {
@@ -47,9 +49,7 @@ struct TextOf {
   }
   template <class T>
   std::string operator()(const std::vector<T>& values) const {
-    std::string list;
-    for (const T& value : values) list.append(list.empty() ? "" : ", ").append((*this)(value));
-    return "[" + list + "]";
+    return "[" + listed(values, *this) + "]";
   }
   template <class T>
   std::string operator()(const std::optional<T>& value) const {

@@ -3,6 +3,7 @@
 #include <optional>
 #include <sstream>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/simd/simd_target.hpp"
 #include "drivers/files/embedded_text.hpp"
 #include "tools/scene/prepared_run.hpp"
@@ -82,9 +83,7 @@ SelfCheck check_golden_spikes(const std::string& target, const std::string& fold
   static_cast<void>(force_simd_target(""));
   check.passed = check.finding.empty();
   if (!check.passed) return check;
-  for (const EmbeddedText& golden : kGoldenSpikes) {
-    check.finding += (check.finding.empty() ? "" : ", ") + preset_of(golden.name);
-  }
+  check.finding = listed(kGoldenSpikes, [](const auto& each) { return preset_of(each.name); });
   return check;
 }
 

@@ -132,9 +132,7 @@ struct FromPython {
     const auto found = std::find(key.words.begin(), key.words.end(), word);
     if (found == key.words.end()) {
       const std::string nearest = nearest_name(word, key.words);
-      std::string list;
-      for (const std::string& each : key.words) list += (list.empty() ? "" : ", ") + each;
-      throw Error("must be one of " + list +
+      throw Error("must be one of " + listed(key.words) +
                   (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
     }
     choice.set(choice.value, static_cast<std::size_t>(found - key.words.begin()));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/parameters/nearest_name.hpp"
 #include "core/units.hpp"
 #include "realtime/output/spike_callback.hpp"
 #include "realtime/pipeline.hpp"
@@ -36,9 +37,8 @@ Expected<void, SetupError> set_encoder(Scene& scene, const std::string& name) {
   static_cast<void>(encoder_choice(any, words));
   const auto found = std::find(words.begin(), words.end(), name);
   if (found == words.end()) {
-    std::string list;
-    for (const std::string& word : words) list.append(list.empty() ? "" : ", ").append(word);
-    return bad_input("--encoder " + name + ": there is no such encoder; use one of " + list);
+    return bad_input("--encoder " + name + ": there is no such encoder; use one of " +
+                     listed(words));
   }
   const auto set = [&](Electrode& electrode) {
     const Choice choice = encoder_choice(electrode, words);

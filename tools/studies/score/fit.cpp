@@ -39,11 +39,9 @@ Expected<std::vector<FitParameter>, SetupError> chosen(const TactileModel::Param
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
       const std::string nearest = nearest_name(name, known);
-      std::string list;
-      for (const std::string& each : known) list.append(list.empty() ? "" : ", ").append(each);
-      return bad_input(
-          "no parameter \"" + name + "\" can be fitted" +
-          (nearest.empty() ? ": the parameters are " + list : "; did you mean " + nearest + "?"));
+      return bad_input("no parameter \"" + name + "\" can be fitted" +
+                       (nearest.empty() ? ": the parameters are " + listed(known)
+                                        : "; did you mean " + nearest + "?"));
     }
     const FitParameter& parameter = all[static_cast<std::size_t>(at - known.begin())];
     if (std::any_of(found.begin(), found.end(),

@@ -81,12 +81,9 @@ void JsonFields::finish() {
     if (parsed_number<double>(key)) {
       refuse_field(full(key), "has no unit: add one to the name, as in \"20Hz\" or \"0.65mm\"");
     }
-    const std::string nearest = nearest_name(key, known_);
-    std::string list;
-    for (const std::string& known : known_) list.append(list.empty() ? "" : ", ").append(known);
-    refuse_field("the field " + full(key),
-                 "is unknown" + (nearest.empty() ? "; the known ones are " + list
-                                                 : ": did you mean " + nearest + "?"));
+    refuse_field(
+        "the field " + full(key),
+        "is unknown" + did_you_mean(key, known_, "; the known ones are " + listed(known_)));
   }
 }
 
