@@ -157,7 +157,10 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
     const ProbeInfo& info = route->info();
     // A recording starts with a well-filled queue, so that none of its samples is late.
     const std::uint64_t wanted = info.replayed ? kSampleQueue / 2 : 1;
-    while (channel.delivered.value() < wanted && !channel.ended.load(std::memory_order_acquire) &&
+    const auto waiting = [&]() -> std::uint64_t {
+      return info.replayed ? channel.ring->size_approx() : channel.delivered.value();
+    };
+    while (waiting() < wanted && !channel.ended.load(std::memory_order_acquire) &&
            !stop.load(std::memory_order_relaxed)) {
       if (PeriodicClock::now() > deadline) {
         if (channel.delivered.value() > 0) break;

@@ -59,7 +59,8 @@ Expected<std::size_t, ProbeError> LimitedProbe::read(Readings& readings,
         ++refused_;
       }
     }
-    return !measured || !error_message_.empty();
+    // A reading of a recording without values ends the press of its probes.
+    return (!measured && !info().replayed) || !error_message_.empty();
   });
   if (!error_message_.empty() && readings.empty()) {
     return Unexpected<ProbeError>(ProbeError::kBadData);

@@ -85,6 +85,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     outputs->calibrations_.push_back(std::move(*calibration));
   }
   outputs->watches_.resize(parts.size());
+  outputs->valued_.resize(parts.size());
   return outputs;
 }
 
@@ -125,7 +126,15 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
       watches_[i].take(is_saturated, is_outside, from.time, infos_[i], notices);
       saturated = saturated || is_saturated;
       outside = outside || is_outside;
-      columns.put(plausible(sample) ? sample : ProbeSample{.channels = infos_[i].channels}, row);
+      const bool valued = plausible(sample);
+      if (valued) {
+        columns.put(sample, row);
+      } else if (valued_[i]) {
+        columns.put_nothing(row);
+      } else {  // it has had no value yet, so it does not touch
+        columns.put({.channels = infos_[i].channels}, row);
+      }
+      valued_[i] = valued_[i] || valued;
       if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }
     ++counts.readings;

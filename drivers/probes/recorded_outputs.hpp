@@ -51,6 +51,7 @@ class RecordedOutputs final : public ForwardingProbe {
   std::vector<Array> arrays_;
   std::vector<double> factors_;  ///< of the further columns, to N or mm; 0: neither
   std::vector<CalibrationWatch> watches_;
+  std::vector<bool> valued_;  ///< has had a value
   Readings waiting_;          ///< read, but not yet split
   std::size_t next_ = 0;      ///< of those
   mutable std::mutex mutex_;  ///< guards counts_

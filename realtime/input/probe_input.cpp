@@ -7,7 +7,8 @@
 namespace merkel {
 namespace {
 
-/// How long the last sample of a recording is held if it has no period of validity.
+/// How long a sample of a recording without a period of validity is held when the recording ends or
+/// goes on without values of the probe.
 constexpr std::chrono::nanoseconds kAfterTheEnd{50'000'000};
 
 }  // namespace
@@ -189,7 +190,9 @@ ProbeInput::Reading ProbeInput::reading_at(std::chrono::nanoseconds time) noexce
 }
 
 std::chrono::nanoseconds ProbeInput::valid_for_last() const noexcept {
-  return parameters_.stale_after.value_or(last_->valid_for);
+  const auto valid_for = parameters_.stale_after.value_or(last_->valid_for);
+  const bool without_value = channel_.ring->passed(channel_.place) > last_->time;
+  return valid_for.count() == 0 && without_value ? kAfterTheEnd : valid_for;
 }
 
 }  // namespace merkel

@@ -26,10 +26,11 @@ struct ReadingHead;
 /// several samples lie between two times, it may be the mean of all of these (Decimate). Before the
 /// first sample, the first sample applies. Every sample has a period of validity. If no other
 /// sample follows within it, the probe is released (depth and force 0) until the next sample's
-/// time. If no sample beyond the requested time has arrived yet, the last one is held. The rule
-/// depends only on the samples, so a recording gives the same result as the live run whenever
-/// nothing was late. Of a probe with a threshold of contact, a sample that does not touch has a
-/// depth and force of 0 or less. Real-time: yes.
+/// time; without such a period, after 50 ms of readings in which it has no value. If no sample
+/// beyond the requested time has arrived yet, the last one is held. The rule depends only on the
+/// samples, so a recording gives the same result as the live run whenever nothing was late. Of a
+/// probe with a threshold of contact, a sample that does not touch has a depth and force of 0 or
+/// less. Real-time: yes.
 class ProbeInput {
  public:
   /// The contact of a tick in which several samples lie: by the last of them, or their mean.

@@ -27,7 +27,7 @@ class ReadingRing {
         heads_(std::bit_ceil(std::max<std::size_t>(capacity, 1))),
         values_(heads_.size() * columns_.width()),
         next_(columns_.probes()),
-        passed_(columns_.probes()) {}
+        passed_(columns_.probes(), std::chrono::nanoseconds::min()) {}
 
   [[nodiscard]] const ReadingColumns& columns() const noexcept { return columns_; }
 

@@ -206,6 +206,33 @@ TEST(Hand, OneSessionServesAllProbes) {
   EXPECT_EQ(each.exit_code, 0) << each.err;
 }
 
+TEST(Hand, ARecordingWithoutSomeValuesHasTheSpikesOfTheLiveRun) {
+  const TemporaryFolder folder;
+  // More rows than wait at once; of the second sensor one in a hundred has no value, or all.
+  const auto run_with = [&](auto lacks, bool alone = false) {
+    std::string rows = "time_s,thumb_N,palm_N\n";
+    for (int k = 0; k < 12000; ++k) {
+      const bool pressed = k % 6000 < 300;
+      rows += std::to_string(k / 1e3) + ",0," + (lacks(k) ? "" : pressed ? "0.15" : "0") + "\n";
+    }
+    const std::string replay = "replay:" + folder.file("t.csv", rows);
+    std::vector<std::string> words{"run", "goodwin", "--fast", "--json", "--probe",
+                                   replay + "#palm_N"};
+    if (!alone) words.insert(words.end(), {"--probe", replay + "#thumb_N"});
+    const auto run = run_program(words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return nlohmann::json::parse(run.out);
+  };
+  const auto whole = run_with([](int) { return false; });
+  EXPECT_GT(whole["spikes"], 0);
+  EXPECT_EQ(run_with([](int k) { return k % 100 == 50; })["spikes"], whole["spikes"]);
+  for (const bool alone : {false, true}) {
+    const auto away = run_with([](int k) { return k >= 250 && k < 11000; }, alone);
+    EXPECT_EQ(away["probes"][0]["released_ticks"], 10700) << alone;
+    EXPECT_EQ(away["probes"][0]["samples_in"], 1250) << alone;
+  }
+}
+
 TEST(Hand, TheCommandLineChoosesChannelsAfterASharp) {
   const TemporaryFolder folder;
   const std::string trace = record_grasp(folder, "count=30&force_N=0.4&rate_hz=200");

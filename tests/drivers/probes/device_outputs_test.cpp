@@ -83,6 +83,22 @@ TEST(DeviceOutputs, EachRowOfARecordingFeedsEveryProbeOnce) {
   }
 }
 
+TEST(DeviceOutputs, ARecordingWithoutAValueHasNoSample) {
+  const TemporaryFolder folder;
+  const std::string trace = folder.file(
+      "t.csv", "time_s,thumb_N,index_N\n0,0.5,\n0.1,0.5,0.2\n0.2,0.5,\n0.3,0.5,2e4\n0.4,,0.2\n");
+  const auto probe = open_device(device_of("replay:" + trace, {"thumb_N", "index_N"}));
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  const Readings readings = read_from(**probe, 5);
+  ASSERT_EQ(readings.size(), 5U);
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(readings.sample(k, 0).has_value(), k < 4) << k;
+  EXPECT_EQ(readings.sample(0, 1)->force_mN, 0.0);  // nothing has touched it yet
+  EXPECT_EQ(readings.sample(1, 1)->force_mN, 200.0);
+  EXPECT_FALSE(readings.sample(2, 1));
+  EXPECT_FALSE(readings.sample(3, 1));
+  EXPECT_EQ(readings.sample(4, 1)->force_mN, 200.0);
+}
+
 TEST(DeviceOutputs, ARecordingOutsideItsCalibrationIsCountedAndNamed) {
   const TemporaryFolder folder;
   const std::string calibration =

@@ -291,6 +291,11 @@ TEST_F(ProbeInputTest, IsReadyOnceASampleBeyondTheTimeHasArrived) {
   EXPECT_TRUE(input_.ready_for(ms(1)));
 }
 
+TEST_F(ProbeInputTest, IsNotReadyBeforeItBecauseTimesAreNegative) {
+  arrives(-1000, 1.0);
+  EXPECT_FALSE(input_.ready_for(ms(-900)));
+}
+
 TEST_F(ProbeInputTest, PositionsComeFromTheSamplesOrTheScene) {
   ASSERT_TRUE(channel_.try_push(
       {.time = ms(0), .depth_mm = 1.0, .x_mm = 3.0, .channels = ProbeSample::kX}));
