@@ -34,7 +34,12 @@ void check_limits(const EncodingParameters& encoding, ParameterCheck& check) {
       .require(p.watchdog > std::chrono::nanoseconds{0}, "stimulation.watchdog_ms",
                "must be set, for example watchdog_ms = 100: a scene with electrodes needs the time "
                "after which they are switched off when the simulation or a probe stops, and merkel "
-               "has no default for it");
+               "has no default for it")
+      .require(p.update < p.watchdog, "stimulation.update_ms",
+               "must be shorter than stimulation.watchdog_ms = " +
+                   shortest_decimal(units::ms_from(p.watchdog)) +
+                   ": a command is valid for the watchdog, so electrodes would be off until the "
+                   "next update");
 }
 
 void check_electrode(const Electrode& e, ParameterCheck& check) {

@@ -35,6 +35,16 @@ TEST(EncodingParameters, AcceptsValidParametersAndNoElectrodes) {
   EXPECT_TRUE(EncodingParameters{}.check());
 }
 
+TEST(EncodingParameters, ACommandIsValidUntilTheNextUpdate) {
+  const auto fault_of_update = [](std::chrono::milliseconds update) {
+    return fault([update](auto& p) { p.stimulation.update = update; });
+  };
+  EXPECT_EQ(fault_of_update(std::chrono::milliseconds{99}), "");
+  EXPECT_EQ(fault_of_update(std::chrono::milliseconds{100}),
+            "stimulation.update_ms must be shorter than stimulation.watchdog_ms = 100: a command is "
+            "valid for the watchdog, so electrodes would be off until the next update");
+}
+
 TEST(EncodingParameters, LimitsHaveNoDefault) {
   EXPECT_EQ(fault([](auto& p) { p.stimulation.max_charge_nC = 0.0; }),
             "stimulation.max_charge_nC must be set to a positive number: a scene with electrodes "
@@ -165,10 +175,16 @@ TEST(EncodingParameters, RefusesReferencesThatTheModelLacks) {
     return encoder ? "" : encoder.error().key + " " + encoder.error().reason;
   };
   EXPECT_EQ(fault_with_model([](auto&) {}), "");
-  EXPECT_EQ(
-      fault_with_model([](auto& p) { p.stimulation.watchdog = std::chrono::milliseconds{2}; }), "");
-  EXPECT_NE(
-      fault_with_model([](auto& p) { p.stimulation.watchdog = std::chrono::milliseconds{1}; }), "");
+  const auto fault_of_watchdog = [&](std::chrono::microseconds update,
+                                     std::chrono::milliseconds watchdog) {
+    return fault_with_model([&](EncodingParameters& p) {
+      p.stimulation.update = update;
+      p.stimulation.watchdog = watchdog;
+    });
+  };
+  using std::chrono::milliseconds;
+  EXPECT_EQ(fault_of_watchdog(milliseconds{1}, milliseconds{2}), "");
+  EXPECT_NE(fault_of_watchdog(std::chrono::microseconds{500}, milliseconds{1}), "");
   EXPECT_EQ(fault_with_model([](auto& p) {
               p.electrodes[0].field_mm = {15.0, 10.0, 3.0};
             }),
