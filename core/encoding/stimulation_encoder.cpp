@@ -326,7 +326,7 @@ void StimulationEncoder::update(std::span<StimulationCommand> commands) noexcept
   // A non-finite value stays non-finite: the limiter counts it and switches the electrode off.
   const auto within = [](const std::vector<double>& range, double drive) {
     if (!std::isfinite(drive)) return std::numeric_limits<double>::quiet_NaN();
-    return range[0] + (range[1] - range[0]) * std::min(drive, 1.0);
+    return range[0] + (range[1] - range[0]) * std::clamp(drive, 0.0, 1.0);
   };
   for (std::size_t e = 0; e < commands.size(); ++e) {
     const Electrode& electrode = parameters_.electrodes[e];

@@ -529,6 +529,15 @@ TEST(StimulationEncoder, AnOwnDriveStaysWithinTheRangesAndTheLimits) {
   EXPECT_EQ(next().stop, Stop::kNoDrive);
 }
 
+TEST(StimulationEncoder, ANegativeFrequencyOfAnOwnDriveIsTheWeakest) {
+  auto parameters = encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0)});
+  parameters.electrodes[0].frequency_Hz = {50.0, 200.0};
+  auto encoder = *StimulationEncoder::create(parameters, grid_model());
+  TickFeed feed(encoder, kTick);
+  encoder.set_drive({.time = feed.now() + kTick, .amplitude = 1.0, .frequency = -0.2});
+  EXPECT_DOUBLE_EQ(feed.step().back().frequency_Hz, 50.0);
+}
+
 TEST(StimulationEncoder, AnOwnDriveHoldsForTheWatchdogOnly) {
   auto encoder = *StimulationEncoder::create(
       encoding_of({electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0),
