@@ -38,7 +38,7 @@ class Grbl final : public LineProtocol {
       : period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
         timer_(period_, kGrblPatience),
         asks_unit_(!mm_per_unit),
-        mm_per_unit_(mm_per_unit.value_or(1.0)) {}
+        mm_per_unit_(mm_per_unit) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
     lines_.reset(true);
@@ -56,7 +56,10 @@ class Grbl final : public LineProtocol {
   }
 
   [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
-    return "a status report, such as \"<Idle|MPos:0.000,0.000,0.000|WCO:0.000,0.000,0.000>\"";
+    return "a status report, such as \"<Idle|MPos:0.000,0.000,0.000|WCO:0.000,0.000,0.000>\"" +
+           std::string(mm_per_unit_ ? ""
+                                    : ", and the setting $13 (mm or inches), which a machine lists "
+                                      "at rest: stop its motion, or add unit=mm or unit=in");
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return kChannels; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
@@ -110,6 +113,12 @@ class Grbl final : public LineProtocol {
       ++stream.counts.duplicates;
       return;
     }
+    if (!mm_per_unit_) {
+      // A board that was reset when its port was opened has lost the first request, and a machine
+      // that moves refuses it.
+      stream.send("$$\n");
+      return;
+    }
     if (!work) {
       if (!offset_) return;  // one of the next reports has it
       work = machine;
@@ -119,16 +128,16 @@ class Grbl final : public LineProtocol {
     reading.arrival = arrival;
     reading.requested = requested;
     reading.rebooted = std::exchange(rebooted_, false);
-    reading.set(DeviceChannel::kX, (*work)[0] * mm_per_unit_);
-    reading.set(DeviceChannel::kY, (*work)[1] * mm_per_unit_);
-    reading.set(DeviceChannel::kZ, (*work)[2] * mm_per_unit_);
+    reading.set(DeviceChannel::kX, (*work)[0] * *mm_per_unit_);
+    reading.set(DeviceChannel::kY, (*work)[1] * *mm_per_unit_);
+    reading.set(DeviceChannel::kZ, (*work)[2] * *mm_per_unit_);
     stream.accept(reading);
   }
 
   nanoseconds period_;
   RequestTimer timer_;
   bool asks_unit_;
-  double mm_per_unit_;
+  std::optional<double> mm_per_unit_;  ///< empty: not yet stated
   std::optional<Vector> offset_;  ///< WCO: machine − work position
   bool greeted_ = false;
   bool rebooted_ = false;

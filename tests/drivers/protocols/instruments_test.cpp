@@ -194,6 +194,23 @@ TEST(Grbl, InchesAreConvertedAndAResetIsNoticed) {
   EXPECT_EQ(talk.stream.counts.reboots, 1U);
 }
 
+TEST(Grbl, NothingIsReadBeforeTheMachineHasStatedItsUnit) {
+  Talk talk("grbl");
+  talk.take("Grbl 1.1h ['$' for help]\r\n");  // its reset has lost the request for its settings
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Idle|WPos:1.000,0.000,0.000>\r\n");
+  EXPECT_TRUE(talk.stream.readings.empty());
+  EXPECT_EQ(talk.said(), "?$$\n");
+  EXPECT_NE(talk.protocol->expected("").find("unit=in"), std::string::npos);
+  talk.take("$13=1\r\nok\r\n");
+  talk.now += milliseconds{50};
+  EXPECT_EQ(talk.poll(), "?");
+  talk.take("<Idle|WPos:1.000,0.000,0.000>\r\n");
+  ASSERT_EQ(talk.stream.readings.size(), 1U);
+  EXPECT_DOUBLE_EQ(talk.value(DeviceChannel::kX), 25.4);
+  EXPECT_EQ(talk.protocol->expected("").find("unit=in"), std::string::npos);
+}
+
 const Bytes kOptoForceFrame = {0xAA, 0x07, 0x08, 0x0A, 0x2D, 0x6A, 0x00, 0x00,
                                0xFF, 0xF7, 0xFF, 0xFB, 0x00, 0x07, 0x05, 0x51};
 
