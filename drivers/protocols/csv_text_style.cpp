@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t";
 constexpr std::string_view kDigits = "0123456789";
+constexpr std::string_view kMinusSign = "\u2212";
 
 std::string_view trimmed(std::string_view text, std::string_view blanks = kBlanks) noexcept {
   const auto first = text.find_first_not_of(blanks);
@@ -27,20 +28,21 @@ std::string lower(std::string_view text) {
 }
 
 /// The start of the number in a field: after the last ':' or '=', if any.
-std::size_t number_begins(std::string_view text) noexcept {
+std::size_t number_begins(std::string_view text, bool decimal_comma) noexcept {
   const auto mark = text.find_last_of(":=");
   std::size_t at = mark == std::string_view::npos ? 0 : mark + 1;
+  bool in_word = false;  // the digits and points of "F1" and "v1.2" are a part of the name
   for (; at < text.size(); ++at) {
-    const bool after_letter =
-        at > 0 &&
-        (std::isalnum(static_cast<unsigned char>(text[at - 1])) != 0 || text[at - 1] == '_');
-    if (after_letter) continue;
-    const bool sign = text[at] == '+' || text[at] == '-' || text[at] == '.';
-    if (is_digit(text[at]) ||
-        (sign && at + 1 < text.size() &&
-         (is_digit(text[at + 1]) || text[at + 1] == '.' || text[at + 1] == ' '))) {
+    const char c = text[at];
+    const std::string_view next = text.substr(at + 1, 1);
+    if (text.substr(at).starts_with(kMinusSign)) return at;
+    if ((c == '+' || c == '-') && !next.empty() &&
+        (is_digit(next[0]) || next == "." || (next == " " && !in_word))) {
       return at;
     }
+    if (!in_word && (is_digit(c) || (c == '.' && !next.empty() && is_digit(next[0])))) return at;
+    const bool letter = std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_';
+    in_word = letter || (in_word && (is_digit(c) || c == '.' || (decimal_comma && c == ',')));
   }
   return std::string_view::npos;
 }
@@ -78,7 +80,7 @@ std::string_view take_csv_part(std::string_view& rest, char separator) noexcept 
 
 CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept {
   text = trimmed(text);
-  const std::size_t begin = number_begins(text);
+  const std::size_t begin = number_begins(text, decimal_comma);
   if (begin == std::string_view::npos) {
     const std::string low = text.size() < 8 ? lower(text) : std::string();
     CsvField field{.label = text, .number = std::nullopt, .unit = {}};
@@ -89,6 +91,10 @@ CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept {
   std::size_t length = 0;
   std::size_t at = begin;
   if (text[at] == '+') ++at;
+  if (text.substr(at).starts_with(kMinusSign)) {
+    at += kMinusSign.size();
+    digits[length++] = '-';
+  }
   for (bool blank_after_sign = true; at < text.size() && length < digits.size(); ++at) {
     const char c = text[at];
     const bool exponent = (c == 'e' || c == 'E') && length > 0 && at + 1 < text.size() &&

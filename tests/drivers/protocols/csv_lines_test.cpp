@@ -69,6 +69,21 @@ TEST(CsvInTheWild, AFieldHasLabelNumberAndUnit) {
   EXPECT_FALSE(parse_csv_field("x1-", false).number.has_value());
 }
 
+TEST(CsvInTheWild, TheSignBeforeANumberIsRead) {
+  for (const std::string text :
+       {"\u22120.25", "F: \u2212 0.25 N", "W-0000.25", "F_-0.25N", "ST -0.25 g", "F1 -.25"}) {
+    EXPECT_EQ(parse_csv_field(text, false).number, -0.25) << text;
+  }
+  EXPECT_EQ(parse_csv_field("W+0012.5", false).number, 12.5);
+}
+
+TEST(CsvInTheWild, TheDecimalsOfANameAreNoNumber) {
+  for (const std::string text : {"F0.25N", "v12.25", "F_0.25", "F1", "F0,25"}) {
+    EXPECT_EQ(parse_csv_field(text, true).number, std::nullopt) << text;
+  }
+  EXPECT_EQ(parse_csv_field("v1.2 0.25 N", false).number, 0.25);
+}
+
 TEST(CsvInTheWild, BytesAndLinesWithoutEndAreCounted) {
   Talk talk("csv", "columns=force_N");
   const std::string text = "x\n1.0\n" + std::string(100'000, '7') + "\n2.0\n";
