@@ -115,7 +115,7 @@ TEST(Devices, TheSpikesAreThoseOfTheTraceThatTheDevicePlays) {
     sample.channels = ProbeSample::kDepth;
     delivered.push_back({.sample = sample});
   }
-  auto sink = open_sink("trace:" + folder.path("press.csv"), 0);
+  auto sink = open_sink("trace:" + folder.path("press.csv"), 0, false);
   ASSERT_TRUE(sink && (*sink)->write({.samples = delivered}) && (*sink)->close());
   RunningDevice device(DeviceSimulator::Settings{.protocol = *find_protocol("hbf1"),
                                                  .trace = press,
