@@ -54,7 +54,7 @@ std::string surface_sentence(const SlidingContact& sliding, const TactileModel& 
 }  // namespace
 
 std::string contact_sentence(const ContactState& contact, const Indenter& indenter,
-                             const SkinParameters& skin) {
+                             const SkinParameters& skin, bool by_tables) {
   if (const TaxelArray* const taxels = indenter.taxels()) {
     return "the pressures of " + std::to_string(taxels->size()) + " taxels, as measured, on " +
            (skin.layers.empty() ? "a half-space" : "layered skin") +
@@ -75,22 +75,18 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
                   std::string(indenter.tip_name()).c_str(), static_cast<std::size_t>(grid.columns),
                   static_cast<std::size_t>(grid.rows), grid.pixel_mm, depths.data(),
                   stiffening_note(skin));
-    return text.data();
+    if (!by_tables || tip.proportional || contact.depth_mm <= tip.deepest_mm) return text.data();
+    return text.data() + std::string(
+                             "; this press is deeper: its force and stresses are extrapolated, "
+                             "which is right only once the whole tip touches");
   }
   return validity_of(contact, skin, indenter.sphere()->radius_mm).sentence();
 }
 
 std::string contact_sentence(const Press& press, const TactileModel& model, std::size_t probe) {
   if (model.sliding(probe) != nullptr) return surface_sentence(*model.sliding(probe), model);
-  const Indenter& indenter = model.parameters().indenters[probe];
-  const SkinParameters& skin = model.parameters().skin;
-  std::string sentence = contact_sentence(press.contact, indenter, skin);
-  if (indenter.closed_form(skin) || indenter.taxels() != nullptr) return sentence;
-  const PressedTip tip = pressed_tip(indenter, skin);
-  if (tip.proportional || !(press.contact.depth_mm > tip.deepest_mm)) return sentence;
-  return sentence +
-         "; this press is deeper: its force and stresses are extrapolated, which is right only "
-         "once the whole tip touches";
+  return contact_sentence(press.contact, model.parameters().indenters[probe],
+                          model.parameters().skin, true);
 }
 
 }  // namespace merkel
