@@ -123,16 +123,15 @@ Expected<ProbeCalibration, SetupError> read_calibration(const std::string& path)
       (word == "date" ? calibration.date : calibration.serial_number) = *value;
       continue;
     }
-    const auto* const found =
-        std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), word);
-    if (found == kSampleChannelNames.end() || !node.is_table()) {
+    const auto* const found = std::ranges::find(kProbeChannels, word, &SampleChannel::name);
+    if (found == kProbeChannels.end() || !node.is_table()) {
       return bad_input(at(path, node) + "\"" + word +
                        "\" is unknown: a calibration has serial_number, date, factors such "
                        "as force_N_per_V, and the tables depth, force, x and y");
     }
     auto channel = read_channel(path, word, *node.as_table());
     if (!channel) return Unexpected<SetupError>(channel.error());
-    calibration.channels[static_cast<std::size_t>(found - kSampleChannelNames.begin())] = *channel;
+    calibration.channels[static_cast<std::size_t>(found - kProbeChannels.begin())] = *channel;
   }
   return calibration;
 }
@@ -153,7 +152,7 @@ std::string calibration_text(const ProbeCalibration& calibration, const std::str
     const auto& channel = calibration.channels[i];
     if (!channel) continue;
     const std::string source = is_named(channel->source) ? channel->name : channel->stem();
-    text << "\n[" << kSampleChannelNames[i] << "]\nsource = " << quoted(source)
+    text << "\n[" << kProbeChannels[i].name << "]\nsource = " << quoted(source)
          << "\ngain = " << number(channel->gain) << "\nzero = " << number(channel->zero) << "\n";
     if (channel->saturation) text << "saturation = " << number(*channel->saturation) << "\n";
     if (channel->range) {

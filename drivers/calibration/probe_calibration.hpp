@@ -10,6 +10,7 @@
 #include "core/expected.hpp"
 #include "core/records/probe_sample.hpp"
 #include "drivers/protocols/device_reading.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -38,9 +39,6 @@ struct ChannelCalibration {
   [[nodiscard]] bool is_outside(double press) const noexcept;
 };
 
-/// The four channels of a sample, in the order of ProbeSample::Channel's bits.
-inline constexpr std::array<std::string_view, 4> kSampleChannelNames = {"depth", "force", "x", "y"};
-
 /// Converts a device's readings to samples; applied once, in the driver.
 struct ProbeCalibration {
   std::string serial_number;  ///< of the calibrated device; empty: any
@@ -48,7 +46,7 @@ struct ProbeCalibration {
   /// Of columns in volts or counts: keys of UnitFactors and their values. They apply before the
   /// gains, as if they were options of the device's URI.
   std::vector<std::pair<std::string, double>> factors = {};
-  std::array<std::optional<ChannelCalibration>, 4> channels;
+  std::array<std::optional<ChannelCalibration>, kProbeChannels.size()> channels;  ///< of those
 
   /// The default for a device's channels. Depth is the device's depth, else −z (a stage whose work
   /// zero is on the skin). Force is its force, else its z force. x and y are used as they are.

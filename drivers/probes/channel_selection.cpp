@@ -14,7 +14,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kForcePlace = 1;  ///< in kSampleChannelNames
+constexpr std::size_t kForcePlace = 1;  ///< in kProbeChannels
 constexpr std::size_t kMaxListed = 12;
 
 std::string_view without_unit(std::string_view name) { return name.substr(0, name.rfind('_')); }
@@ -107,15 +107,15 @@ Expected<ChannelSelection, std::string> ChannelSelection::parse(std::string_view
           "#taxels=256*810000");
     }
     const auto* const key =
-        std::find(kSampleChannelNames.begin(), kSampleChannelNames.end(), part.substr(0, equals));
-    if (key == kSampleChannelNames.end()) {
+        std::ranges::find(kProbeChannels, part.substr(0, equals), &SampleChannel::name);
+    if (key == kProbeChannels.end()) {
       return Unexpected<std::string>("\"" + std::string(part.substr(0, equals)) +
                                      "\" after # must be force, depth, x or y, for example "
                                      "#force=thumb_N");
     }
-    std::string& name = channels.of[static_cast<std::size_t>(key - kSampleChannelNames.begin())];
+    std::string& name = channels.of[static_cast<std::size_t>(key - kProbeChannels.begin())];
     if (!name.empty()) {
-      return Unexpected<std::string>("the " + std::string(*key) +
+      return Unexpected<std::string>("the " + std::string(key->name) +
                                      " after # is named twice: keep one");
     }
     name = part.substr(equals + 1);
@@ -133,7 +133,7 @@ std::string ChannelSelection::text() const {
   }
   for (const std::string& name : by_unit) add(name);
   for (std::size_t i = 0; i < of.size(); ++i) {
-    if (!of[i].empty()) add(std::string(kSampleChannelNames[i]) + "=" + of[i]);
+    if (!of[i].empty()) add(std::string(kProbeChannels[i].name) + "=" + of[i]);
   }
   return text;
 }
@@ -161,7 +161,7 @@ Expected<ProbeCalibration, std::string> ChannelSelection::among(
           " is a pressure: it can be a taxel (tip = \"taxels\"), but no " + "force or length");
     }
     if (by_its_unit) place = found->force ? kForcePlace : 0;
-    const std::string wanted(kSampleChannelNames[place]);
+    const std::string wanted(kProbeChannels[place].name);
     if (found->force != (place == kForcePlace)) {
       return Unexpected<std::string>("the channel " + found->name + " is a " +
                                      (found->force ? "force" : "length") + " and cannot be the " +

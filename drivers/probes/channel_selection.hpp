@@ -21,8 +21,8 @@ namespace merkel {
 /// from 1. `#thumb_N` is short for `#force=thumb_N`: the unit tells force from depth. Without this
 /// part, the probe is fed by the quantities that the device names itself (force_N, depth_mm).
 struct ChannelSelection {
-  /// Depth, force, x and y, as in kSampleChannelNames; empty: not chosen.
-  std::array<std::string, kSampleChannelNames.size()> of;
+  /// Depth, force, x and y, as in kProbeChannels; empty: not chosen.
+  std::array<std::string, kProbeChannels.size()> of;
   std::vector<std::string> by_unit;  ///< depth or force
   /// A tactile array instead: `#taxels=256*810000:pad`, the number of its taxels, the area of one
   /// in µm² (1 mm², if not given), and how the names of their channels begin.

@@ -111,7 +111,7 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(
         const auto& own = chosen->channels[i];
         if (channel && own && !channel->name.empty() && channel->name != own->name) {
           return bad_input("the calibration " + file + " belongs to the channel " + channel->name +
-                           ", but the " + std::string(kSampleChannelNames[i]) +
+                           ", but the " + std::string(kProbeChannels[i].name) +
                            " of this probe is " + own->name +
                            ": calibrate each channel by its own file");
         }
@@ -125,7 +125,7 @@ Expected<ProbeCalibration, SetupError> read_calibration_of_device(
       }
       if (channel && (channels & bit_of(channel->source)) == 0U) {
         const std::string from = "the calibration " + file + " takes " +
-                                 std::string(kSampleChannelNames[i]) + " from the channel ";
+                                 std::string(kProbeChannels[i].name) + " from the channel ";
         return bad_input(
             is_named(channel->source)
                 ? from + channel->name + ", which no probe takes: add #" + channel->name +

@@ -77,7 +77,7 @@ std::optional<std::string> DeviceOutput::take_channels(std::span<const ChannelNa
     });
     if (named) continue;
     gone +=
-        (gone.empty() ? "" : ", ") + (channel->name.empty() ? std::string(kSampleChannelNames[i])
+        (gone.empty() ? "" : ", ") + (channel->name.empty() ? std::string(kProbeChannels[i].name)
                                                             : printable_text(channel->name));
   }
   if (gone.empty()) return std::nullopt;

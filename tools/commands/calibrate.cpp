@@ -27,7 +27,7 @@
 namespace merkel {
 namespace {
 
-constexpr std::size_t kDepthPlace = 0;  ///< in kSampleChannelNames
+constexpr std::size_t kDepthPlace = 0;  ///< in kProbeChannels
 constexpr std::size_t kForcePlace = 1;
 constexpr std::string_view kTaxelKey = "pressure_kPa_per_";
 
