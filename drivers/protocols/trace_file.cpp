@@ -164,19 +164,15 @@ Expected<void, SetupError> TraceReader::read_header() {
 
 /// The extra columns, each with the nearest known name.
 std::string TraceReader::listed_extra_columns() const {
-  std::string list;
-  for (const std::string& name : extra_columns_) {
+  return listed(extra_columns_, [](const std::string& name) {
     const std::string nearest = nearest_name(name, kColumnNames);
-    list.append(list.empty() ? "" : ", ").append(name);
     const auto quantity = [](std::string_view text) { return text.substr(0, text.rfind('_')); };
     const auto column = csv_column_named(name);
     if (!column && quantity(name) == quantity(nearest)) {
-      list += " (" + column.error() + ")";  // of the same quantity, in another unit
-    } else if (!nearest.empty()) {
-      list += " (did you mean " + nearest + "?)";
+      return name + " (" + column.error() + ")";  // of the same quantity, in another unit
     }
-  }
-  return list;
+    return nearest.empty() ? name : name + " (did you mean " + nearest + "?)";
+  });
 }
 
 Expected<void, SetupError> TraceReader::add_column(const std::string& name) {

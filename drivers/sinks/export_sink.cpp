@@ -120,11 +120,10 @@ Expected<void, SinkError> ExportSink::close() {
   ReportedJournal journal(*journal_, path_, progress_);
   if (const auto made = make_(journal, origin_); !made) {
     return Unexpected<SinkError>(
-        {.sentence =
-             made.error() +
-             (session_ ? "; all of the run is in " + beside + ": merkel export " + beside +
-                             " --sink '" + uri_ + "' makes the file, when " + "the cause is gone"
-                       : "")});
+        {.sentence = made.error() +
+                     (session_ ? "; all of the run is in " + beside + ": merkel export " + beside +
+                                     " --sink '" + uri_ + "' makes the file, when the cause is gone"
+                               : "")});
   }
   if (session_) static_cast<void>(std::remove(beside.c_str()));
   delivered_ = taken_;

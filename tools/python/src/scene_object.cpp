@@ -200,7 +200,8 @@ void SceneObject::set(const std::string& name, const py::handle& value) {
   } catch (const Error& error) {
     throw Error(name + " " + error.what());
   } catch (const py::cast_error&) {
-    throw Error(name + " cannot be " + py::repr(value).cast<std::string>() + ": it is out of range");
+    throw Error(name + " cannot be " + py::repr(value).cast<std::string>() +
+                ": it is out of range");
   }
   if (name == "skin.radius_mm") flatten_if_infinite(changed.model.skin);
   scene_ = or_throw(scene_of_keys(std::move(changed), scene_));
@@ -222,9 +223,7 @@ std::string value_text(const py::handle& value) {
     throw Error("a value cannot be " + py::repr(value).cast<std::string>() +
                 ": use a number, a text or a list");
   }
-  std::string list;
-  for (const py::handle each : object) list += (list.empty() ? "" : ", ") + value_text(each);
-  return "[" + list + "]";
+  return "[" + listed(object, value_text) + "]";
 }
 
 void SceneObject::override_keys(const SceneOverrides& overrides) {
