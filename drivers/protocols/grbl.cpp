@@ -138,7 +138,7 @@ class Grbl final : public LineProtocol {
   RequestTimer timer_;
   bool asks_unit_;
   std::optional<double> mm_per_unit_;  ///< empty: not yet stated
-  std::optional<Vector> offset_;  ///< WCO: machine − work position
+  std::optional<Vector> offset_;       ///< WCO: machine − work position
   bool greeted_ = false;
   bool rebooted_ = false;
 };

@@ -216,8 +216,8 @@ TEST(Hand, ARecordingWithoutSomeValuesHasTheSpikesOfTheLiveRun) {
       rows += std::to_string(k / 1e3) + ",0," + (lacks(k) ? "" : pressed ? "0.15" : "0") + "\n";
     }
     const std::string replay = "replay:" + folder.file("t.csv", rows);
-    std::vector<std::string> words{"run", "goodwin", "--fast", "--json", "--probe",
-                                   replay + "#palm_N"};
+    std::vector<std::string> words{"run",    "goodwin", "--fast",
+                                   "--json", "--probe", replay + "#palm_N"};
     if (!alone) words.insert(words.end(), {"--probe", replay + "#thumb_N"});
     const auto run = run_program(words);
     EXPECT_EQ(run.exit_code, 0) << run.err;

@@ -344,7 +344,8 @@ TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {
   }
   for (const char* const option : {"--line", "--to-line"}) {
     for (const char* const line : {"0", "65536", "4294967297"}) {
-      refused({"align", session, "--to", pulses, option, line}, "must be a whole number from 1 to 65535");
+      refused({"align", session, "--to", pulses, option, line},
+              "must be a whole number from 1 to 65535");
     }
     EXPECT_EQ(run_program({"align", session, "--to", pulses, option, "1"}).exit_code, 0);
   }

@@ -86,8 +86,8 @@ void flatten_if_infinite(SkinParameters& skin);
 [[nodiscard]] Expected<Scene, SetupError> parse_scene(const std::string& text,
                                                       const std::string& name,
                                                       const std::vector<std::string>& shapes = {});
-/// The heights of the scene's measured shapes (csv_heights), in the order of the probes; empty where
-/// the file is still to be read.
+/// The heights of the scene's measured shapes (csv_heights), in the order of the probes; empty
+/// where the file is still to be read.
 [[nodiscard]] std::vector<std::string> heights_of(const Scene& scene);
 
 }  // namespace merkel

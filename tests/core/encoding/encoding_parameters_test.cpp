@@ -40,9 +40,10 @@ TEST(EncodingParameters, ACommandIsValidUntilTheNextUpdate) {
     return fault([update](auto& p) { p.stimulation.update = update; });
   };
   EXPECT_EQ(fault_of_update(std::chrono::milliseconds{99}), "");
-  EXPECT_EQ(fault_of_update(std::chrono::milliseconds{100}),
-            "stimulation.update_ms must be shorter than stimulation.watchdog_ms = 100: a command is "
-            "valid for the watchdog, so electrodes would be off until the next update");
+  EXPECT_EQ(
+      fault_of_update(std::chrono::milliseconds{100}),
+      "stimulation.update_ms must be shorter than stimulation.watchdog_ms = 100: a command is "
+      "valid for the watchdog, so electrodes would be off until the next update");
 }
 
 TEST(EncodingParameters, LimitsHaveNoDefault) {

@@ -32,8 +32,7 @@ class ArraySource final : public SampleSource {
   std::size_t next_ = 0;
 };
 
-using Doubles =
-    pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
+using Doubles = pybind11::array_t<double, pybind11::array::c_style | pybind11::array::forcecast>;
 
 /// The argument `name`, an array of one or two dimensions. \throws Error where its values are no
 /// real numbers

@@ -53,7 +53,8 @@ std::vector<std::string> list_of(const py::object& text_or_list) {
 /// A dict from names of keys to values.
 SceneOverrides overrides_of(const py::object& given) {
   if (given.is_none()) return {};
-  if (!py::isinstance<py::dict>(given)) throw Error("overrides must be a dict of keys of the scene");
+  if (!py::isinstance<py::dict>(given))
+    throw Error("overrides must be a dict of keys of the scene");
   SceneOverrides overrides;
   for (const auto& [key, value] : given.cast<py::dict>()) {
     overrides.emplace_back(py::str(key).cast<std::string>(), value_text(value));
@@ -164,7 +165,8 @@ Scene("finger", overrides={"skin.radius_mm": 9}).)")
             return py::make_tuple(scene_text(scene.scene()), heights_of(scene.scene()));
           },
           [](const py::tuple& state) {
-            if (state.size() != 2) throw Error("this pickled Scene is of another version of merkel");
+            if (state.size() != 2)
+              throw Error("this pickled Scene is of another version of merkel");
             return SceneObject(or_throw(parse_scene(state[0].cast<std::string>(), "scene",
                                                     state[1].cast<std::vector<std::string>>())));
           }))

@@ -247,9 +247,8 @@ void add_run(py::module_& module) {
       .def_readonly("notices", &RunObject::notices, "Messages for the user.")
       .def_readonly("verdict", &RunObject::verdict,
                     "What was lost and what to do, as `merkel run` reports it; ok if nothing was.")
-      .def_readonly(
-          "spike_hash", &RunObject::spike_hash,
-          "A hash of the times and neurons of all spikes: equal runs have the same one.")
+      .def_readonly("spike_hash", &RunObject::spike_hash,
+                    "A hash of the times and neurons of all spikes: equal runs have the same one.")
       .def(
           "times", &RunObject::times, py::arg("neuron"),
           "Spike times of one neuron, counted from 1, in s: (spikes,). Raises Error if there is no such neuron.")
