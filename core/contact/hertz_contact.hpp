@@ -14,9 +14,6 @@ class HertzContact {
   /// Radii in mm, > 0. Infinity is a flat plate or flat skin; at most one of the two is infinite.
   HertzContact(double sphere_radius_mm, double skin_radius_mm, double reduced_modulus_kPa) noexcept;
 
-  /// R*.
-  [[nodiscard]] double effective_radius_mm() const noexcept { return effective_radius_mm_; }
-
   /// The contact at an indentation depth. A depth ≤ 0 means no contact.
   [[nodiscard]] ContactState at_depth(double depth_mm) const noexcept MERKEL_REALTIME;
   /// The contact under a force, d = (3F/(4E*√R*))^(2/3). A force ≤ 0 means no contact.

@@ -22,8 +22,6 @@ class ReceptorDensity {
   [[nodiscard]] static Expected<ReceptorDensity, ParameterError> create(
       const Parameters& parameters);
 
-  [[nodiscard]] double alpha() const noexcept { return alpha_; }
-  [[nodiscard]] double beta() const noexcept { return beta_; }
   [[nodiscard]] double sigma_mm() const noexcept { return sigma_mm_; }
 
   /// f(x), per mm².

@@ -98,16 +98,6 @@ void RigidContact::displace(std::span<const double> pressure,
 
 RigidContact::Solution RigidContact::press(double depth_mm, const Accuracy& accuracy) noexcept {
   begin(depth_mm);
-  return solve(accuracy);
-}
-
-RigidContact::Solution RigidContact::press_with_force(double force_mN,
-                                                      const Accuracy& accuracy) noexcept {
-  begin_with_force(force_mN, std::numeric_limits<double>::infinity());
-  return solve(accuracy);
-}
-
-RigidContact::Solution RigidContact::solve(const Accuracy& accuracy) noexcept {
   while (!iterate(accuracy)) {
   }
   return solution();

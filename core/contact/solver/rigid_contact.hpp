@@ -45,11 +45,10 @@ class RigidContact {
   void set_gap(const HeightMap& gap) noexcept;
   /// Solves for a depth, starting from the present pressure: call reset() for a cold start.
   Solution press(double depth_mm, const Accuracy& accuracy) noexcept;
-  /// Solves for a force; the depth is found with the pressure.
-  Solution press_with_force(double force_mN, const Accuracy& accuracy) noexcept;
   void reset() noexcept;
 
-  /// The same in parts: begin() or begin_with_force(), then iterate() until it returns true.
+  /// The same in parts: begin() or begin_with_force(), which finds the depth with the pressure,
+  /// then iterate() until it returns true.
   void begin(double depth_mm) noexcept;
   /// \param deepest_mm  at a cold start, only what rises less can touch
   void begin_with_force(double force_mN, double deepest_mm) noexcept;
@@ -86,7 +85,6 @@ class RigidContact {
   /// Chooses the direction of the search. \return the step along it
   [[nodiscard]] double step_along(double kept) noexcept;
   [[nodiscard]] Change move(double step) noexcept;
-  [[nodiscard]] Solution solve(const Accuracy& accuracy) noexcept;
 
   PixelGrid grid_;
   double modulus_kPa_;

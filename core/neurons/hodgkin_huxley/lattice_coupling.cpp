@@ -59,22 +59,8 @@ Expected<LatticeCoupling, ParameterError> LatticeCoupling::create(
   return network;
 }
 
-std::size_t LatticeCoupling::edges() const noexcept {
-  const std::size_t rows = neurons() / columns_;
-  return (columns_ - 1) * rows + columns_ * (rows - 1);
-}
-
 double LatticeCoupling::largest_conductance() const noexcept {
   return *std::max_element(conductance_.begin(), conductance_.end());
-}
-
-double LatticeCoupling::inflow(std::span<const double> V_mV, std::size_t n) const noexcept {
-  double sum = 0.0;
-  if (n >= 1) sum += to_next_column_[n - 1] * V_mV[n - 1];
-  if (n + 1 < V_mV.size()) sum += to_next_column_[n] * V_mV[n + 1];
-  if (n >= columns_) sum += to_next_row_[n - columns_] * V_mV[n - columns_];
-  if (n + columns_ < V_mV.size()) sum += to_next_row_[n] * V_mV[n + columns_];
-  return sum;
 }
 
 }  // namespace merkel

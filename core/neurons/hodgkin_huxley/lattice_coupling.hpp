@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/parameters/parameter_error.hpp"
-#include "core/realtime_tag.hpp"
 
 namespace merkel {
 
@@ -32,7 +31,6 @@ class LatticeCoupling {
   [[nodiscard]] bool active() const noexcept { return gain_ > 0.0; }
   [[nodiscard]] std::size_t neurons() const noexcept { return to_next_column_.size(); }
   [[nodiscard]] std::size_t columns() const noexcept { return columns_; }
-  [[nodiscard]] std::size_t edges() const noexcept;
 
   /// κ·w to the neuron in the next column (index n+1) and the next row (n+columns); 0 at the
   /// borders. Indices start at 0; mS/cm².
@@ -41,11 +39,6 @@ class LatticeCoupling {
   /// κ·Σ_j w_nj of every neuron, mS/cm².
   [[nodiscard]] std::span<const double> conductance() const noexcept { return conductance_; }
   [[nodiscard]] double largest_conductance() const noexcept;
-
-  /// κ·Σ_j w_nj·V_j of neuron n (from 0): the inflow; the outflow is conductance·V_n.
-  /// Real-time: yes.
-  [[nodiscard]] double inflow(std::span<const double> V_mV,
-                              std::size_t n) const noexcept MERKEL_REALTIME;
 
  private:
   LatticeCoupling(double gain, int columns, int rows);

@@ -53,8 +53,12 @@ TEST(HertzContact, NoPressNoContact) {
 }
 
 TEST(HertzContact, CurvedSkinActsAsASmallerSphere) {
-  EXPECT_DOUBLE_EQ(HertzContact(2.0, 2.0, kModulus_kPa).effective_radius_mm(), 1.0);
-  EXPECT_DOUBLE_EQ(HertzContact(kFlat, 7.0, kModulus_kPa).effective_radius_mm(), 7.0);
+  // a² = R*·d
+  const auto radius_mm = [](double sphere_mm, double skin_mm) {
+    return HertzContact(sphere_mm, skin_mm, kModulus_kPa).at_depth(1.0).contact_radius_mm;
+  };
+  EXPECT_DOUBLE_EQ(radius_mm(2.0, 2.0), 1.0);
+  EXPECT_DOUBLE_EQ(radius_mm(kFlat, 7.0), std::sqrt(7.0));
 }
 
 TEST(HertzContact, SurfaceIsDisplacedByTheDepthAtTheCentre) {

@@ -1,6 +1,7 @@
 #include "core/receptors/receptor_density.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -10,9 +11,12 @@ namespace {
 TEST(ReceptorDensity, SolvesThePapersParametersToThePrintedDigits) {
   const auto density = ReceptorDensity::create({});
   ASSERT_TRUE(density);
-  EXPECT_NEAR(density->alpha(), 37.17592397, 5e-9);
-  EXPECT_EQ(density->beta(), 0.143);
-  EXPECT_NEAR(density->sigma_mm(), 12.93029458, 5e-9);
+  const double beta = density->density_per_mm2(1e6);
+  const double sigma = density->sigma_mm();
+  EXPECT_NEAR((density->density_per_mm2(0.0) - beta) * sigma * std::sqrt(2.0 * std::numbers::pi),
+              37.17592397, 5e-9);  // alpha
+  EXPECT_EQ(beta, 0.143);
+  EXPECT_NEAR(sigma, 12.93029458, 5e-9);
 }
 
 TEST(ReceptorDensity, MeetsItsThreeConditionsForOtherParametersToo) {

@@ -36,9 +36,4 @@ AxisymmetricStress flat_punch_stress(double force_mN, double a, double nu, doubl
           .tau_rz = -scale * z * r * rz_over_r.imag()};
 }
 
-double flat_punch_displacement_mm(double depth_mm, double radius_mm, double r_mm) {
-  if (r_mm <= radius_mm) return depth_mm;
-  return depth_mm * 2.0 / std::numbers::pi * std::asin(radius_mm / r_mm);
-}
-
 }  // namespace merkel::reference

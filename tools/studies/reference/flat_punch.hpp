@@ -16,7 +16,4 @@ namespace merkel::reference {
 [[nodiscard]] AxisymmetricStress flat_punch_stress(double force_mN, double radius_mm,
                                                    double poisson_ratio, double r_mm, double z_mm);
 
-/// Downward displacement of the surface: d inside, d·(2/π)·asin(a/r) outside. F = 2aE*·d.
-[[nodiscard]] double flat_punch_displacement_mm(double depth_mm, double radius_mm, double r_mm);
-
 }  // namespace merkel::reference

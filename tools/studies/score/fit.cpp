@@ -132,30 +132,6 @@ TactileModel::Parameters with_values(TactileModel::Parameters scene,
   return scene;
 }
 
-class OwnFitPart final : public FitPart {
- public:
-  OwnFitPart(TactileModel::Parameters scene, std::vector<FitParameter> parameters,
-             std::vector<DataSet> sets)
-      : scene_(std::move(scene)), parameters_(std::move(parameters)), sets_(std::move(sets)) {}
-
-  [[nodiscard]] Expected<void, SetupError> begin(std::size_t trials) {
-    auto traces = fit_traces(scene_, sets_, 1);
-    if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
-    answers_.emplace(scene_, sets_, std::move(*traces), trials, 1);
-    return {};
-  }
-  [[nodiscard]] std::vector<double> responses(const std::vector<double>& values) override {
-    const Eigen::VectorXd all = answers_->of(with_values(scene_, parameters_, values));
-    return {all.begin(), all.end()};
-  }
-
- private:
-  TactileModel::Parameters scene_;
-  std::vector<FitParameter> parameters_;
-  std::vector<DataSet> sets_;
-  std::optional<FitAnswers> answers_;
-};
-
 }  // namespace
 
 std::size_t fit_points(const std::vector<DataSet>& sets) {
@@ -164,20 +140,26 @@ std::size_t fit_points(const std::vector<DataSet>& sets) {
   return points;
 }
 
-Expected<std::unique_ptr<FitPart>, SetupError> FitPart::create(
-    const TactileModel::Parameters& scene, const std::vector<DataSet>& sets,
-    const std::vector<std::string>& names, std::size_t trials, std::size_t part,
-    std::size_t parts) {
+Expected<FitPart, SetupError> FitPart::create(const TactileModel::Parameters& scene,
+                                              const std::vector<DataSet>& sets,
+                                              const std::vector<std::string>& names,
+                                              std::size_t trials, std::size_t part,
+                                              std::size_t parts) {
   auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
-  std::vector<DataSet> own = fitted_sets(sets);
+  const auto own = std::make_shared<std::vector<DataSet>>(fitted_sets(sets));
   std::size_t number = 0;
-  for (DataSet& set : own) {
+  for (DataSet& set : *own) {
     std::erase_if(set.points, [&](const DataSet::Point&) { return number++ % parts != part; });
   }
-  auto made = std::make_unique<OwnFitPart>(scene, std::move(*parameters), std::move(own));
-  if (auto begun = made->begin(trials); !begun) return Unexpected<SetupError>(begun.error());
-  return made;
+  auto traces = fit_traces(scene, *own, 1);
+  if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
+  const auto answers = std::make_shared<FitAnswers>(scene, *own, std::move(*traces), trials, 1);
+  return FitPart([scene, own, answers, parameters = std::move(*parameters)](
+                     const std::vector<double>& values) -> std::vector<double> {
+    const Eigen::VectorXd all = answers->of(with_values(scene, parameters, values));
+    return {all.begin(), all.end()};
+  });
 }
 
 void set_fitted(TactileModel::Parameters& model, const FitResult& result) {

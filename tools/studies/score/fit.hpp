@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <functional>
-#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
@@ -61,12 +61,18 @@ using FitResponses = std::function<std::vector<double>(const std::vector<double>
 /// Every `parts`-th point of a fit, from `part` on: their responses, for a worker of FitResponses.
 class FitPart {
  public:
-  [[nodiscard]] static Expected<std::unique_ptr<FitPart>, SetupError> create(
-      const TactileModel::Parameters& scene, const std::vector<DataSet>& sets,
-      const std::vector<std::string>& names, std::size_t trials, std::size_t part,
-      std::size_t parts);
-  virtual ~FitPart() = default;
-  [[nodiscard]] virtual std::vector<double> responses(const std::vector<double>& values) = 0;
+  [[nodiscard]] static Expected<FitPart, SetupError> create(const TactileModel::Parameters& scene,
+                                                            const std::vector<DataSet>& sets,
+                                                            const std::vector<std::string>& names,
+                                                            std::size_t trials, std::size_t part,
+                                                            std::size_t parts);
+  [[nodiscard]] std::vector<double> responses(const std::vector<double>& values) const {
+    return responses_(values);
+  }
+
+ private:
+  explicit FitPart(FitResponses responses) : responses_(std::move(responses)) {}
+  FitResponses responses_;
 };
 /// Number of points of a fit.
 [[nodiscard]] std::size_t fit_points(const std::vector<DataSet>& sets);

@@ -26,6 +26,13 @@ RigidContact contact(const TipHeight& tip, double pixel_mm, std::size_t columns,
   return {skin, height_map(tip, {.pixel_mm = pixel_mm, .columns = columns, .rows = rows})};
 }
 
+RigidContact::Solution press_with_force(RigidContact& solver, double force_mN) {
+  solver.begin_with_force(force_mN, kStraight);
+  while (!solver.iterate(kFine)) {
+  }
+  return solver.solution();
+}
+
 TEST(GridTransform, ConvolvesWithoutPeriodicImages) {
   GridTransform transform(32, 64);
   const auto value = [](std::size_t k) { return static_cast<double>(k * 7919 % 101) - 50.0; };
@@ -164,7 +171,7 @@ TEST(RigidContact, ForceAndDepthGiveTheSamePress) {
   RigidContact solver = contact(gap, 0.08, 41, 21);
   const RigidContact::Solution by_depth = solver.press(0.7, kFine);
   solver.reset();
-  const RigidContact::Solution by_force = solver.press_with_force(by_depth.force_mN, kFine);
+  const RigidContact::Solution by_force = press_with_force(solver, by_depth.force_mN);
   EXPECT_TRUE(by_force.converged);
   EXPECT_NEAR(by_force.depth_mm, 0.7, 1e-3);
   EXPECT_NEAR(by_force.peak_pressure_kPa / by_depth.peak_pressure_kPa, 1.0, 0.01);
@@ -198,10 +205,10 @@ TEST(RigidContact, NothingTouchesWithoutADepthOrATip) {
   RigidContact solver = contact(sphere_height(5.0), 0.1, 31, 31);
   EXPECT_EQ(solver.press(0.0, kFine).force_mN, 0.0);
   EXPECT_EQ(solver.press(-1.0, kFine).force_mN, 0.0);
-  EXPECT_EQ(solver.press_with_force(0.0, kFine).depth_mm, 0.0);
+  EXPECT_EQ(press_with_force(solver, 0.0).depth_mm, 0.0);
   RigidContact nothing = contact([](double, double) { return kStraight; }, 0.1, 9, 9);
   EXPECT_EQ(nothing.press(1.0, kFine).force_mN, 0.0);
-  EXPECT_EQ(nothing.press_with_force(1.0, kFine).force_mN, 0.0);
+  EXPECT_EQ(press_with_force(nothing, 1.0).force_mN, 0.0);
 }
 
 }  // namespace

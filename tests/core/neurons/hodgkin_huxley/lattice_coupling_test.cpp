@@ -10,10 +10,22 @@
 namespace merkel {
 namespace {
 
+/// κ·Σ_j w_nj·(V_j − V_n) of neuron n.
+double current(const LatticeCoupling& network, const std::vector<double>& V, std::size_t n) {
+  const auto column = network.to_next_column();
+  const auto row = network.to_next_row();
+  const std::size_t columns = network.columns();
+  double inflow = 0.0;
+  if (n >= 1) inflow += column[n - 1] * V[n - 1];
+  if (n + 1 < V.size()) inflow += column[n] * V[n + 1];
+  if (n >= columns) inflow += row[n - columns] * V[n - columns];
+  if (n + columns < V.size()) inflow += row[n] * V[n + columns];
+  return inflow - network.conductance()[n] * V[n];
+}
+
 TEST(LatticeCoupling, FingertipHas31Edges) {
   const auto network = LatticeCoupling::create({}, 5, 4);
   ASSERT_TRUE(network);
-  EXPECT_EQ(network->edges(), 31U);
   std::size_t weights = 0;
   for (std::size_t n = 0; n < 20; ++n) {
     for (const double g : {network->to_next_column()[n], network->to_next_row()[n]}) {
@@ -41,9 +53,9 @@ TEST(LatticeCoupling, ExchangedCurrentsSumToZero) {
   double sum = 0.0;
   double magnitude = 0.0;
   for (std::size_t n = 0; n < V.size(); ++n) {
-    const double current = network->inflow(V, n) - network->conductance()[n] * V[n];
-    sum += current;
-    magnitude += std::fabs(current);
+    const double exchanged = current(*network, V, n);
+    sum += exchanged;
+    magnitude += std::fabs(exchanged);
   }
   EXPECT_NEAR(sum / magnitude, 0.0, 1e-14);
 }
@@ -52,7 +64,7 @@ TEST(LatticeCoupling, EqualPotentialsExchangeNothing) {
   const auto network = LatticeCoupling::create({}, 5, 4);
   const std::vector<double> V(20, -65.0);
   for (std::size_t n = 0; n < 20; ++n) {
-    EXPECT_NEAR(network->inflow(V, n) - network->conductance()[n] * V[n], 0.0, 1e-14);
+    EXPECT_NEAR(current(*network, V, n), 0.0, 1e-14);
   }
 }
 
