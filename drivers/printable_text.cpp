@@ -1,9 +1,9 @@
 #include "drivers/printable_text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstdio>
+
+#include "core/printed.hpp"
 
 namespace merkel {
 namespace {
@@ -107,9 +107,7 @@ std::string quoted_answer(std::string_view bytes) {
   }
   std::string text;
   for (const char byte : bytes.substr(0, kQuotedBytes)) {
-    std::array<char, 4> hexadecimal{};
-    std::snprintf(hexadecimal.data(), hexadecimal.size(), " %02X", static_cast<std::uint8_t>(byte));
-    text += hexadecimal.data();
+    text += printed(" %02X", static_cast<std::uint8_t>(byte));
   }
   if (text.empty()) return text;
   return "the " + std::to_string(bytes.size()) + " bytes" + text +

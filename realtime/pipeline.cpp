@@ -1,9 +1,7 @@
 #include "realtime/pipeline.hpp"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <cstdio>
 #include <semaphore>
 #include <span>
 #include <thread>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/clock/clock_pair.hpp"
 #include "realtime/clocks/virtual_clock.hpp"
@@ -413,13 +412,10 @@ void Pipeline::Parts::report_ceiling() {
   if (needed.count() == 0 || ceiling_reached.count() != 0) return;
   ceiling_reached = nanoseconds{shortage.ceiling_ns.load(std::memory_order_relaxed)};
   if (!parameters.on_notice) return;
-  std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  parameters.on_notice(printed(
       "samples arrive up to %.3g ms late, and the delay of the loop follows them up to %.3g ms "
       "only ([probe] max_delay_ms): ticks without their sample hold the last one and are counted",
-      units::ms_from(needed), units::ms_from(ceiling_reached));
-  parameters.on_notice(text.data());
+      units::ms_from(needed), units::ms_from(ceiling_reached)));
 }
 
 /// The first samples of devices wait until their timing is measured.
@@ -432,22 +428,17 @@ void Pipeline::Parts::report_catch_up(nanoseconds elapsed) {
   const nanoseconds simulated = simulated_in(counters(), model.parameters().tick);
   const double gain = units::s_from(simulated) / units::s_from(elapsed) - 1.0;
   const double tick_ms = units::ms_from(statistics.tick.snapshot().quantile(0.5));
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "the simulation is %.2g s behind its devices, which were measured before its "
-                "first tick; ",
-                units::s_from(behind));
-  std::string sentence = text.data();
-  if (gain > kMinGain) {
-    std::snprintf(text.data(), text.size(), "it catches up within about %.2g s",
-                  units::s_from(behind) / gain);
-  } else {
-    std::snprintf(text.data(), text.size(),
-                  "it does not catch up, because a tick takes %.3g ms and lasts %.3g ms: simplify "
-                  "the scene (merkel plan)",
-                  tick_ms, units::ms_from(model.parameters().tick));
-  }
-  parameters.on_notice(sentence + text.data());
+  const std::string outlook =
+      gain > kMinGain
+          ? printed("it catches up within about %.2g s", units::s_from(behind) / gain)
+          : printed(
+                "it does not catch up, because a tick takes %.3g ms and lasts %.3g ms: simplify "
+                "the scene (merkel plan)",
+                tick_ms, units::ms_from(model.parameters().tick));
+  parameters.on_notice(printed("the simulation is %.2g s behind its devices, which were measured "
+                               "before its first tick; ",
+                               units::s_from(behind)) +
+                       outlook);
 }
 
 void Pipeline::Parts::finish(RunReport& report) {

@@ -1,13 +1,12 @@
 #include "realtime/run_probes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <thread>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "realtime/clocks/periodic_clock.hpp"
 
@@ -248,14 +247,12 @@ Expected<void, SetupError> RunProbes::check_ceilings() const {
     const auto& ceiling = route->parameters.max_delay;
     if (!timing || !ceiling || !route->parameters.interpolate || *ceiling > timing->period)
       continue;
-    std::array<char, 320> text{};
-    std::snprintf(text.data(), text.size(),
-                  "probe.max_delay_ms = %.4g is not longer than the sample period of %s, %.4g ms, "
-                  "and linear interpolation waits for the next sample: set max_delay_ms = %.4g, or "
-                  "loop.interpolation = \"hold\"",
-                  units::ms_from(*ceiling), route->info().uri.c_str(),
-                  units::ms_from(timing->period), std::ceil(3.0 * units::ms_from(timing->period)));
-    return bad_input(text.data());
+    return bad_input(
+        printed("probe.max_delay_ms = %.4g is not longer than the sample period of %s, %.4g ms, "
+                "and linear interpolation waits for the next sample: set max_delay_ms = %.4g, or "
+                "loop.interpolation = \"hold\"",
+                units::ms_from(*ceiling), route->info().uri.c_str(), units::ms_from(timing->period),
+                std::ceil(3.0 * units::ms_from(timing->period))));
   }
   return {};
 }
@@ -266,13 +263,11 @@ Expected<void, SetupError> RunProbes::check_watchdog(nanoseconds watchdog) const
     const auto timing = device->probe->timing();
     const nanoseconds period = timing ? timing->period : info.period.value_or(nanoseconds{0});
     if (info.replayed || watchdog >= period * 3 / 2) continue;
-    std::array<char, 320> text{};
-    std::snprintf(text.data(), text.size(),
-                  "stimulation.watchdog_ms = %.4g is too short for %s, which sends a sample every "
-                  "%.4g ms: set watchdog_ms = %.4g",
-                  units::ms_from(watchdog), info.uri.c_str(), units::ms_from(period),
-                  std::ceil(2.0 * units::ms_from(period)));
-    return bad_input(text.data());
+    return bad_input(
+        printed("stimulation.watchdog_ms = %.4g is too short for %s, which sends a sample every "
+                "%.4g ms: set watchdog_ms = %.4g",
+                units::ms_from(watchdog), info.uri.c_str(), units::ms_from(period),
+                std::ceil(2.0 * units::ms_from(period))));
   }
   return {};
 }

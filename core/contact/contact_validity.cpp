@@ -1,13 +1,12 @@
 #include "core/contact/contact_validity.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/contact/solver/rigid_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
 #include "core/math/bisection.hpp"
+#include "core/printed.hpp"
 
 namespace merkel {
 namespace {
@@ -61,25 +60,19 @@ ContactValidity validity_of(const ContactState& contact, const SkinParameters& s
 }
 
 std::string ContactValidity::sentence() const {
-  std::array<char, 600> text{};
-  int length = 0;
-  const auto append = [&](const char* format, auto... values) {
-    const auto used = static_cast<std::size_t>(length);
-    length += std::snprintf(text.data() + used, text.size() - used, format, values...);
-  };
-  append("Hertz, whose force is %.1f %% above that of an exact sphere (a/R = %.3f, limit %.1f",
-         100.0 * sphere_force_error, radius_ratio, kLargestRadiusRatio);
-  append("%s", radius_ratio > kLargestRadiusRatio
-                   ? ": [skin] contact_law = \"sneddon\" solves the exact one)"
-                   : ")");
+  std::string text = printed(
+      "Hertz, whose force is %.1f %% above that of an exact sphere (a/R = %.3f, limit %.1f%s)",
+      100.0 * sphere_force_error, radius_ratio, kLargestRadiusRatio,
+      radius_ratio > kLargestRadiusRatio ? ": [skin] contact_law = \"sneddon\" solves the exact one"
+                                         : "");
   if (layer_ratio > kLargestHalfSpaceRatio) {
-    append(
+    text += printed(
         "; on a half-space: with bone at %.0f mm, the force would be %.2f times as large (√(Rd)/h = "
         "%.3f, limit %.1f: [skin] thickness_mm = %.0f solves it)",
         kUsualThickness_mm, 1.0 / (1.0 + layer_force_error), layer_ratio, kLargestHalfSpaceRatio,
         kUsualThickness_mm);
   }
-  return text.data();
+  return text;
 }
 
 }  // namespace merkel

@@ -1,13 +1,13 @@
 #include "drivers/files/line_reader.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/input_file.hpp"
 
@@ -75,10 +75,8 @@ LineReader::Outcome LineReader::next() {
       return static_cast<unsigned char>(c) < 0x20 && c != '\t';
     });
     if (binary != line_.end()) {
-      std::array<char, 8> code{};
-      std::snprintf(code.data(), code.size(), "0x%02x", static_cast<unsigned char>(*binary));
-      error_ = where() + "this line contains the control character " + code.data() +
-               ": this is not a CSV table";
+      error_ = where() + "this line contains the control character " +
+               printed("0x%02x", static_cast<unsigned char>(*binary)) + ": this is not a CSV table";
       return Outcome::kError;
     }
     return Outcome::kLine;

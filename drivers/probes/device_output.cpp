@@ -1,11 +1,10 @@
 #include "drivers/probes/device_output.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/sample_limits.hpp"
@@ -105,11 +104,9 @@ std::optional<std::string> DeviceOutput::tare(const DeviceReading& reading) {
   // A large change may be a press, which a tare would take away from every later reading.
   const bool pressed = std::fabs(shift) > (force ? kPressed_N : kPressed_mm);
   const char* const unit = force ? "N" : "mm";
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                " is tared: its zero is %.4f %s, where it read %+.4f %s%s", *zero, unit, shift,
-                unit, pressed ? ": if the probe was pressed, lift it and tare again" : "");
-  return info_.name + text.data();
+  return info_.name + printed(" is tared: its zero is %.4f %s, where it read %+.4f %s%s", *zero,
+                              unit, shift, unit,
+                              pressed ? ": if the probe was pressed, lift it and tare again" : "");
 }
 
 }  // namespace merkel

@@ -1,12 +1,11 @@
 #include "drivers/probes/device_probe.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/probes/channel_selection.hpp"
@@ -378,10 +377,8 @@ bool DeviceProbe::connect_again(Time until) {
     protocol_->begin(time, stream_);
     log_.opened(time);
     last_sense_ = time;
-    std::array<char, 32> outage{};
-    std::snprintf(outage.data(), outage.size(), "%.3g s",
-                  std::chrono::duration<double>(time - lost_since_).count());
-    notice(name_ + " is back after " + outage.data());
+    const std::chrono::duration<double> outage = time - lost_since_;
+    notice(name_ + printed(" is back after %.3g s", outage.count()));
     return true;
   }
   backoff_ = std::min<Time>(2 * backoff_, kMaxBackoff);

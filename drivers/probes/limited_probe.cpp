@@ -1,9 +1,8 @@
 #include "drivers/probes/limited_probe.hpp"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -14,13 +13,12 @@ std::string press_excess(const ProbeSample& sample, const PressLimits& limits,
   const bool force = sample.has(ProbeSample::kForce) && std::fabs(force_N) > limits.force_N;
   const bool depth = sample.has(ProbeSample::kDepth) && sample.depth_mm > limits.depth_mm;
   if (!force && !depth) return {};
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                " reports a press of %.4g %s, beyond the limit of %.4g, so the reading is refused: "
-                "check the unit, or increase [probe] %s",
-                force ? force_N : sample.depth_mm, force ? "N" : "mm",
-                force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
-  return name + text.data();
+  return name +
+         printed(
+             " reports a press of %.4g %s, beyond the limit of %.4g, so the reading is refused: "
+             "check the unit, or increase [probe] %s",
+             force ? force_N : sample.depth_mm, force ? "N" : "mm",
+             force ? limits.force_N : limits.depth_mm, force ? "max_force_N" : "max_depth_mm");
 }
 
 namespace {
@@ -28,10 +26,7 @@ namespace {
 /// The name of a probe, with the time of a recording's sample. That of a device's is on the host's
 /// clock, which means nothing to the user.
 std::string name_at(const ProbeInfo& probe, std::chrono::nanoseconds time) {
-  if (!probe.replayed) return probe.name;
-  std::array<char, 32> at{};
-  std::snprintf(at.data(), at.size(), " at %.3f s", units::s_from(time));
-  return probe.name + at.data();
+  return probe.name + (probe.replayed ? printed(" at %.3f s", units::s_from(time)) : "");
 }
 
 }  // namespace

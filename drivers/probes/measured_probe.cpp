@@ -1,8 +1,6 @@
 #include "drivers/probes/measured_probe.hpp"
 
-#include <array>
-#include <cstdio>
-
+#include "core/printed.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -29,13 +27,11 @@ void MeasuredProbe::publish(bool first) {
   const SampleTiming& now = *meter_.timing();
   const std::scoped_lock lock(mutex_);
   if (!first && std::chrono::abs(now.period - timing_->period) > timing_->period / 3) {
-    std::array<char, 256> text{};
-    std::snprintf(text.data(), text.size(),
-                  ": samples now arrive every %.3g ms with %.3g ms of jitter, no longer every "
-                  "%.3g ms",
-                  units::ms_from(now.period), units::ms_from(now.jitter),
-                  units::ms_from(timing_->period));
-    add_notice(info().name + text.data());
+    add_notice(info().name +
+               printed(": samples now arrive every %.3g ms with %.3g ms of jitter, no "
+                       "longer every %.3g ms",
+                       units::ms_from(now.period), units::ms_from(now.jitter),
+                       units::ms_from(timing_->period)));
   }
   timing_ = now;
 }

@@ -1,10 +1,9 @@
 #include "drivers/probes/reading_times.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -97,12 +96,10 @@ void ReadingTimes::add_unmapped(std::span<const DeviceReading> readings, std::ve
       if (start_ && back > kSpikeAhead) {
         ++anchors_;
         shift_ += back + step_;
-        std::array<char, 160> text{};
-        std::snprintf(text.data(), text.size(),
-                      "its clock went back by %.3g s: its times go on after those before, as if it "
-                      "had not",
-                      units::s_from(back));
-        notices_.emplace_back(text.data());
+        notices_.push_back(
+            printed("its clock went back by %.3g s: its times go on after those before, as if it "
+                    "had not",
+                    units::s_from(back)));
       }
       time = device + shift_;
       if (start_ && time > last_time_) step_ = std::min<Time>(time - last_time_, kWidestBatch);
@@ -254,13 +251,10 @@ void ReadingTimes::note_rates() {
         "its clock agrees with this machine's clock again and is used for the sample times");
     return;
   }
-  std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
-      "its clock runs at %.4g times the rate of this machine's clock: samples are timed by "
-      "their arrival; check the unit of the device's times, or set clock=arrival",
-      rates_.rate());
-  notices_.emplace_back(text.data());
+  notices_.push_back(
+      printed("its clock runs at %.4g times the rate of this machine's clock: samples are timed by "
+              "their arrival; check the unit of the device's times, or set clock=arrival",
+              rates_.rate()));
 }
 
 void ReadingTimes::note_wrong_times(std::uint64_t count, Time arrival) {

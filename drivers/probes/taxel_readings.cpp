@@ -1,12 +1,11 @@
 #include "drivers/probes/taxel_readings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/sample_limits.hpp"
@@ -32,12 +31,6 @@ std::string names_of_taxels(const std::vector<std::string>& names) {
   if (names.size() > kMaxNamed)
     text += " and " + std::to_string(names.size() - kMaxNamed) + " more";
   return text;
-}
-
-std::string three_digits(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
 }
 
 }  // namespace
@@ -103,10 +96,10 @@ void TaxelReadings::finish_zero(std::vector<std::string>& notices) {
   const double noise_kPa = std::sqrt(noise2_kPa / static_cast<double>(channels_.size()));
   std::string sentence = name_ + ": zero and noise of " + std::to_string(channels_.size()) +
                          " taxels measured over " + std::to_string(zeroed_) +
-                         " readings: " + three_digits(noise_kPa) + " kPa rms";
+                         " readings: " + printed("%.3g kPa rms", noise_kPa);
   if (moved_mN > kPressed_mN) {
     sentence +=
-        "; their zero has changed by " + three_digits(units::N_from_mN(moved_mN)) +
+        "; their zero has changed by " + printed("%.3g", units::N_from_mN(moved_mN)) +
         " N in all: if the array was pressed, lift it and tare it: by the live page (--sink "
         "'view:8080?control=1'), by tare() of a Bridge in Python, or by starting again";
   }

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
@@ -93,12 +93,11 @@ class AtiRdt final : public Protocol {
     const auto step = sequence_.next(number, stream);
     if (step.dropped()) return;
     if (status != status_ && status != 0) {
-      std::array<char, 128> text{};
-      std::snprintf(text.data(), text.size(), "the Net F/T reports status 0x%08X: %s", status,
-                    (status & kOverRange) != 0U
-                        ? "a gage, force or torque is out of range, so its readings are wrong"
-                        : "see its web page");
-      stream.notice(text.data());
+      stream.notice(
+          printed("the Net F/T reports status 0x%08X: %s", status,
+                  (status & kOverRange) != 0U
+                      ? "a gage, force or torque is out of range, so its readings are wrong"
+                      : "see its web page"));
     }
     status_ = status;
     DeviceReading reading;

@@ -1,8 +1,8 @@
 #include <array>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/line_protocol.hpp"
@@ -185,10 +185,9 @@ class GrblDevice final : public SimulatedDevice {
   }
 
   void report(Bytes& out) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "<Run|MPos:%.3f,%.3f,%.3f|FS:500,8000",
-                  position_[0] + kOffset[0], position_[1] + kOffset[1], position_[2] + kOffset[2]);
-    append(text.data(), out);
+    append(printed("<Run|MPos:%.3f,%.3f,%.3f|FS:500,8000", position_[0] + kOffset[0],
+                   position_[1] + kOffset[1], position_[2] + kOffset[2]),
+           out);
     if (reports_++ % kReportsPerOffset == 0) append("|WCO:-100.000,-50.000,-8.000", out);
     append(">\r\n", out);
   }

@@ -1,9 +1,8 @@
-#include <array>
 #include <charconv>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/protocols/device_units.hpp"
 #include "drivers/protocols/line_protocol.hpp"
@@ -175,13 +174,6 @@ void append_text(std::string_view text, Bytes& out) {
   out.insert(out.end(), text.begin(), text.end());
 }
 
-/// A number with fixed decimals, without an exponent.
-std::string displayed(double value, int decimals) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
-  return text.data();
-}
-
 class Mark10Device final : public SimulatedDevice {
  public:
   void boot(nanoseconds /*now*/, Bytes& /*out*/) override {
@@ -206,7 +198,7 @@ class Mark10Device final : public SimulatedDevice {
   }
   void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
                Bytes& out) override {
-    reading_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N\r\n";
+    reading_ = printed("%.4f N\r\n", units::N_from_mN(sample.force_mN));
     if (rate_Hz_ > 0) append_text(reading_, out);
   }
   [[nodiscard]] bool started() const noexcept override { return rate_Hz_ > 0; }
@@ -233,8 +225,8 @@ class EsmDevice final : public SimulatedDevice {
   }
   void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
                Bytes& /*out*/) override {
-    travel_ = displayed(sample.depth_mm, 3) + " mm";
-    load_ = displayed(units::N_from_mN(sample.force_mN), 4) + " N";
+    travel_ = printed("%.3f mm", sample.depth_mm);
+    load_ = printed("%.4f N", units::N_from_mN(sample.force_mN));
   }
   [[nodiscard]] bool started() const noexcept override { return requested_; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {

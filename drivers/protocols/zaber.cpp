@@ -1,10 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/parsed_number.hpp"
@@ -75,14 +74,11 @@ class Zaber final : public LineProtocol {
   }
 
   [[nodiscard]] std::string expected(std::string_view answer) const override {
-    std::array<char, 128> text{};
-    std::snprintf(
-        text.data(), text.size(),
+    return printed(
         "a reply of address %d and axis %d (stage_axis), such as \"@%02d %d OK IDLE -- "
         "1024\"%s",
         address_, axis_, address_, axis_,
         answer.empty() || take_checksum(answer) ? "" : ", and this one's checksum is wrong");
-    return text.data();
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return bit_of(channel_); }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
@@ -153,9 +149,7 @@ class ZaberDevice final : public SimulatedDevice {
       std::string reply = "@01 1 OK IDLE -- " + std::to_string(steps_);
       unsigned sum = 0;
       for (const char c : reply.substr(1)) sum += static_cast<unsigned char>(c);
-      std::array<char, 8> check{};
-      std::snprintf(check.data(), check.size(), ":%02X\r\n", (0U - sum) % 256U);
-      reply += check.data();
+      reply += printed(":%02X\r\n", (0U - sum) % 256U);
       out.insert(out.end(), reply.begin(), reply.end());
     }
   }

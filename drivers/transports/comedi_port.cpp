@@ -4,7 +4,6 @@
 #include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <span>
@@ -16,6 +15,7 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/printed.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/transports/descriptor.hpp"
 
@@ -39,14 +39,10 @@ using OpenCard = std::unique_ptr<comedi_t, CloseCard>;
 
 std::string comedi_reason() { return comedi_strerror(comedi_errno()); }
 
-std::string comedi_number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
-}
+std::string comedi_number(double value) { return printed("%.6g", value); }
 
 std::string range_text(const comedi_range& range) {
-  return comedi_number(range.min) + ":" + comedi_number(range.max);
+  return printed("%.6g:%.6g", range.min, range.max);
 }
 
 class ComediPort final : public Transport {

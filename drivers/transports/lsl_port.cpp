@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <span>
 #include <utility>
@@ -13,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/transports/line_buffer.hpp"
@@ -27,12 +27,6 @@ constexpr double kOwnClock_s = 0.01;  ///< largest offset that liblsl measures t
 constexpr double kSilent_s = 1.0;     ///< without samples: is the stream still announced?
 constexpr double kForgets_s = 2.0;    ///< a stream that does not answer for that long is gone
 constexpr double kWatched_s = 3.0;    ///< of the network, before that is decided
-
-std::string lsl_time(double time_s) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9f", time_s);
-  return text.data();
-}
 
 std::vector<LslStream::Channel> channels_of(lsl::stream_info& info) {  // desc() is not const
   std::vector<LslStream::Channel> channels;
@@ -73,7 +67,7 @@ class LslPort final : public Transport {
         if (time_s == 0.0) break;
         heard_s_ = lsl::local_clock();
         watch_.reset();
-        waiting_.add(lsl_time(time_s), values_);
+        waiting_.add(printed("%.9f", time_s), values_);
         wait_s = 0.0;
       }
       if (waiting_.empty() && is_gone()) throw lsl::lost_error("no longer announced");

@@ -1,10 +1,9 @@
 #include "drivers/transports/usb_name.hpp"
 
-#include <array>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "drivers/parsed_number.hpp"
 
 namespace merkel {
@@ -29,16 +28,10 @@ Expected<UsbName, SetupError> UsbName::parse(std::string_view text, std::string 
   return UsbName{*vendor, *product, std::move(serial_number)};
 }
 
-std::string UsbName::text() const {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%04x:%04x", vendor, product);
-  return text.data();
-}
+std::string UsbName::text() const { return printed("%04x:%04x", vendor, product); }
 
 std::string usb_node(long bus, long address) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "/dev/bus/usb/%03ld/%03ld", bus, address);
-  return text.data();
+  return printed("/dev/bus/usb/%03ld/%03ld", bus, address);
 }
 
 }  // namespace merkel

@@ -1,12 +1,11 @@
 #include "tools/scene/contact_sentence.hpp"
 
-#include <array>
-#include <cstdio>
 #include <string>
 
 #include "core/contact/contact_validity.hpp"
 #include "core/contact/pressed_tip.hpp"
 #include "core/contact/sliding_contact.hpp"
+#include "core/printed.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -26,29 +25,26 @@ double ms_of(int ticks, const TactileModel& model) {
 std::string surface_sentence(const SlidingContact& sliding, const TactileModel& model) {
   const SlidingPlan& plan = sliding.plan();
   const SlidingContact::Report& report = sliding.report();
-  std::array<char, 480> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  std::string sentence = printed(
       "contact of the surface solved at %.4g Hz on %zu x %zu pixels of %.3f mm, and linear in "
       "between; it lags the probe by %.4g ms; linear elasticity without friction%s",
       1e3 / ms_of(plan.ticks, model), plan.contact.columns, plan.contact.rows,
       plan.contact.pixel_mm, ms_of(plan.latency(), model),
       stiffening_note(model.parameters().skin));
-  std::string sentence = text.data();
   if (report.solutions == 0) return sentence;
   const auto solutions = static_cast<double>(report.solutions);
-  std::snprintf(text.data(), text.size(),
-                "; gap in contact within %.2g %% of the depth on average, and worse than 1 %% in "
-                "%.2g %% of the solutions",
-                100.0 * report.sum_of_errors / solutions,
-                100.0 * static_cast<double>(report.poor) / solutions);
-  sentence += text.data();
-  std::snprintf(
-      text.data(), text.size(),
-      "; moved by up to %.2g mm between two solutions, so that energy densities are off by "
-      "up to about %.2g %% of the largest",
-      report.farthest_mm, 100.0 * sliding.movement_error());
-  return report.farthest_mm > 0.0 ? sentence + text.data() : sentence;
+  sentence += printed(
+      "; gap in contact within %.2g %% of the depth on average, and worse than 1 %% in "
+      "%.2g %% of the solutions",
+      100.0 * report.sum_of_errors / solutions,
+      100.0 * static_cast<double>(report.poor) / solutions);
+  if (report.farthest_mm > 0.0) {
+    sentence += printed(
+        "; moved by up to %.2g mm between two solutions, so that energy densities are off by "
+        "up to about %.2g %% of the largest",
+        report.farthest_mm, 100.0 * sliding.movement_error());
+  }
+  return sentence;
 }
 
 }  // namespace
@@ -63,22 +59,18 @@ std::string contact_sentence(const ContactState& contact, const Indenter& indent
   if (!indenter.closed_form(skin)) {
     const PressedTip tip = pressed_tip(indenter, skin);
     const PixelGrid grid = contact_pixels(tip, tip.deepest_mm, skin.receptor_depth_mm).grid;
-    std::array<char, 64> depths{"proportional to the depth"};
-    if (!tip.proportional) {
-      std::snprintf(depths.data(), depths.size(), "at depths to %.2g mm", tip.deepest_mm);
-    }
-    std::array<char, 320> text{};
-    std::snprintf(text.data(), text.size(),
-                  "contact of the tip \"%s\" solved on %zu x %zu pixels of %.3f mm, %s; linear "
-                  "elasticity without friction, valid while the depth is small beside the tip's "
-                  "smallest part%s",
-                  std::string(indenter.tip_name()).c_str(), static_cast<std::size_t>(grid.columns),
-                  static_cast<std::size_t>(grid.rows), grid.pixel_mm, depths.data(),
-                  stiffening_note(skin));
-    if (!by_tables || tip.proportional || contact.depth_mm <= tip.deepest_mm) return text.data();
-    return text.data() + std::string(
-                             "; this press is deeper: its force and stresses are extrapolated, "
-                             "which is right only once the whole tip touches");
+    const std::string depths = tip.proportional ? "proportional to the depth"
+                                                : printed("at depths to %.2g mm", tip.deepest_mm);
+    const std::string sentence = printed(
+        "contact of the tip \"%s\" solved on %zu x %zu pixels of %.3f mm, %s; linear "
+        "elasticity without friction, valid while the depth is small beside the tip's "
+        "smallest part%s",
+        std::string(indenter.tip_name()).c_str(), static_cast<std::size_t>(grid.columns),
+        static_cast<std::size_t>(grid.rows), grid.pixel_mm, depths.c_str(), stiffening_note(skin));
+    if (!by_tables || tip.proportional || contact.depth_mm <= tip.deepest_mm) return sentence;
+    return sentence +
+           "; this press is deeper: its force and stresses are extrapolated, "
+           "which is right only once the whole tip touches";
   }
   return validity_of(contact, skin, indenter.sphere()->radius_mm).sentence();
 }

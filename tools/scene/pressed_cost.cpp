@@ -1,11 +1,10 @@
 #include "tools/scene/pressed_cost.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <vector>
 
 #include "core/contact/sliding_contact.hpp"
+#include "core/printed.hpp"
 #include "core/units.hpp"
 
 namespace merkel {
@@ -57,15 +56,12 @@ nanoseconds pressed_cost(TactileModel& model, std::vector<ContactInput> places,
 
 std::string cost_warning(nanoseconds cost, nanoseconds tick) {
   if (units::s_from(cost) < kLargestShare * units::s_from(tick)) return {};
-  std::array<char, 384> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  return printed(
       "while all probes press, a tick takes about %.3g ms on this machine, and it lasts %.3g ms: "
       "the simulation %s. Simplify the scene (merkel plan shows its cost), set [loop] threads, or "
       "increase [loop] tick_us",
       units::ms_from(cost), units::ms_from(tick),
       cost < tick ? "will barely keep up" : "will skip ticks");
-  return text.data();
 }
 
 }  // namespace merkel

@@ -1,9 +1,8 @@
-#include <array>
 #include <chrono>
-#include <cstdio>
 #include <random>
 #include <utility>
 
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/sinks/sink_openers.hpp"
 #include "drivers/sinks/view/view_frames.hpp"
@@ -99,11 +98,7 @@ class ViewSink final : public Sink {
 std::string random_token() {
   std::random_device random;
   std::string token;
-  for (int i = 0; i < 4; ++i) {
-    std::array<char, 9> word{};
-    std::snprintf(word.data(), word.size(), "%08x", random());
-    token += word.data();
-  }
+  for (int i = 0; i < 4; ++i) token += printed("%08x", random());
   return token;
 }
 
