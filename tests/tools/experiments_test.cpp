@@ -68,9 +68,14 @@ TEST(Experiments, SpheresOnHumanFingersAreOrderedByCurvatureAndForce) {
 TEST(Experiments, AFlatFingerCannotBeScannedAndTheReportSaysSo) {
   const TemporaryFolder folder;
   const Experiment some[] = {experiments()[0], experiments()[4]};  // squares and cylinders
-  const auto report = report_experiments(some, preset_scene("paper")->model, 2,
-                                         {.folder = folder.path(""), .progress = {}});
+  ReportTables tables;
+  for (const auto& [name, columns] : kExperimentTables) {
+    tables.emplace(name, *CsvTable::create(folder.path(name), columns, false));
+  }
+  const auto report =
+      report_experiments(some, preset_scene("paper")->model, 2, {.progress = {}}, tables);
   ASSERT_TRUE(report) << report.error().sentence;
+  for (auto& [name, table] : tables) ASSERT_TRUE(table.close());
   EXPECT_TRUE(has(*report, "### Raised squares and bars, scanned, not fitted")) << *report;
   EXPECT_TRUE(has(*report, "Not possible with this scene: skin.radius_mm")) << *report;
   const std::string figures = read_file(folder.path("experiments.csv"));

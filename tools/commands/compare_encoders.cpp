@@ -88,28 +88,21 @@ Json json_of(const std::vector<EncodedTouch>& touches) {
 }
 
 /// Writes the touch and the charge of each encoder over time.
-Expected<void, SetupError> write_tables(const std::vector<EncodedTouch>& touches,
-                                        const ReportFolder& folder) {
+void write_tables(const std::vector<EncodedTouch>& touches, ReportTables& tables) {
   constexpr std::chrono::milliseconds kBin{10};
-  auto touch =
-      CsvTable::create(folder.path("touch.csv"), "time_s,probe,depth_mm,force_N", folder.overwrite);
-  if (!touch) return Unexpected<SetupError>(touch.error());
+  CsvTable& touch = tables.at("touch.csv");
   const std::chrono::nanoseconds start = touches.front().ticks.front().time - touches.front().tick;
   for (const TickRecord& tick : touches.front().ticks) {
-    touch->row({units::s_from(tick.time - start), static_cast<double>(tick.probe),
-                tick.press.contact.depth_mm, units::N_from_mN(tick.press.contact.force_mN)});
+    touch.row({units::s_from(tick.time - start), static_cast<double>(tick.probe),
+               tick.press.contact.depth_mm, units::N_from_mN(tick.press.contact.force_mN)});
   }
-  if (auto closed = touch->close(); !closed) return closed;
-  auto charge = CsvTable::create(folder.path("encoders.csv"), "encoder,time_s,charge_uC_per_s",
-                                 folder.overwrite);
-  if (!charge) return Unexpected<SetupError>(charge.error());
+  CsvTable& charge = tables.at("encoders.csv");
   for (const EncodedTouch& each : touches) {
     const std::vector<double> rate = charge_rate(each, kBin);
     for (std::size_t k = 0; k < rate.size(); ++k) {
-      charge->row({each.encoder}, {static_cast<double>(k) * units::s_from(kBin), rate[k]});
+      charge.row({each.encoder}, {static_cast<double>(k) * units::s_from(kBin), rate[k]});
     }
   }
-  return charge->close();
 }
 
 int compare_encoders(const CompareEncodersCommand& command) {
@@ -125,10 +118,10 @@ int compare_encoders(const CompareEncodersCommand& command) {
     return kDone;
   }
   const ReportPart part{"encoders",
-                        [&](const ReportFolder& folder) -> Expected<std::string, SetupError> {
-                          if (auto done = write_tables(*touches, folder); !done) {
-                            return Unexpected<SetupError>(done.error());
-                          }
+                        {{"touch.csv", "time_s,probe,depth_mm,force_N"},
+                         {"encoders.csv", "encoder,time_s,charge_uC_per_s"}},
+                        [&](const ReportFolder& /*folder*/, ReportTables& tables) {
+                          write_tables(*touches, tables);
                           return table_of(*touches) + "\n![Charge over time](encoders.png)\n";
                         }};
   return make_report(

@@ -18,18 +18,29 @@ struct FiguresCommand {
 
 int figures(const FiguresCommand& command) {
   const std::vector<ReportPart> parts = {
-      {"Fig. 4", make_grating},
-      {"Fig. 5", make_depth_profiles},
+      {"Fig. 4",
+       {{"fig4_grating.csv", "x_mm,sed_kPa,current_uA_per_cm2,rate_hz,pressed"}},
+       make_grating},
+      {"Fig. 5", {{"fig5_depth.csv", "radius_mm,depth_mm,r_mm,sed_kPa"}}, make_depth_profiles},
       {"Figs 6 and 7",
-       [&](const ReportFolder& folder) {
-         return make_centre_press(folder, static_cast<int>(command.seeds));
+       {{"fig6_centre_press.csv", "set,neuron,receptors,mean_distance_mm,rate_hz"},
+        {"fig7_draws.csv", "set,seed,neuron,receptors,mean_distance_mm,rate_hz"}},
+       [&](const ReportFolder& folder, ReportTables& tables) {
+         return make_centre_press(folder, tables, static_cast<int>(command.seeds));
        }},
       {"Fig. 8",
-       [&](const ReportFolder& folder) {
-         return make_position_scan(folder, static_cast<int>(command.scan_seeds));
+       {{"fig8_positions.csv", "seed,position,receptors,network_rate_hz"}},
+       [&](const ReportFolder& folder, ReportTables& tables) {
+         return make_position_scan(folder, tables, static_cast<int>(command.scan_seeds));
        }},
-      {"contact laws", make_contact_laws},
-      {"bars on a curved finger", make_curved_bars}};
+      {"contact laws",
+       {{"contact_laws.csv", "radius_mm,depth_mm,hertz_N,exact_sphere_N,layer_N"}},
+       make_contact_laws},
+      {"bars on a curved finger",
+       {{"curved_bars.csv",
+         "width_mm,depth_mm,force_N,elements_force_N,middle_kPa,elements_middle_kPa,edge_kPa,"
+         "elements_edge_kPa"}},
+       make_curved_bars}};
   return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
                      "# The paper's figures, from this model\n\nMade by `merkel figures`.\n\n",
                      parts, "figures");

@@ -121,7 +121,7 @@ int fit_command(const FitCommand& command) {
     // Before a fit of minutes: --out may be in the folder, and no table may be in the way.
     std::error_code ignored;
     std::filesystem::create_directories(folder.folder, ignored);
-    for (const char* const table : kTrialTables) {
+    for (const auto& [table, columns] : kTrialTables) {
       const std::string path = folder.path(table);
       if (auto free = check_writable(path, command.overwrite); !free) return refuse(free.error());
     }
@@ -131,12 +131,14 @@ int fit_command(const FitCommand& command) {
   std::string failure;
   const ReportPart parts[] = {
       {"fit",
-       [&](const ReportFolder& to) {
+       {},
+       [&](const ReportFolder& to, ReportTables& /*tables*/) {
          return fit_and_write(command, *scene, *recordings, *out, failure, to);
        }},
-      {"recorded presses", [&](const ReportFolder& to) -> Expected<std::string, SetupError> {
-         auto text =
-             score_trials(scene->model, *recordings, static_cast<std::size_t>(command.trials), to);
+      {"recorded presses", kTrialTables,
+       [&](const ReportFolder& /*to*/, ReportTables& tables) -> Expected<std::string, SetupError> {
+         auto text = score_trials(scene->model, *recordings,
+                                  static_cast<std::size_t>(command.trials), tables);
          if (!text) return text;
          return "\n## Recorded presses and the spikes of the fitted scene\n\n" + *text;
        }}};

@@ -29,17 +29,19 @@ int score(const ScoreCommand& command) {
   const auto recordings = recordings_named(command.data, scene->probes.front().input.contact);
   if (!recordings) return refuse(recordings.error());
   const std::size_t threads = jobs_or_cores(command.threads);
-  std::vector<ReportPart> parts = {{"scorecard", [&](const ReportFolder& folder) {
+  std::vector<ReportPart> parts = {{"scorecard", scorecard_tables(*scene, *recordings),
+                                    [&](const ReportFolder& folder, ReportTables& tables) {
                                       return scorecard(*scene, *recordings, command.data,
                                                        static_cast<std::size_t>(command.trials),
-                                                       threads, folder);
+                                                       threads, folder, tables);
                                     }}};
   if (command.data.empty() && !command.skip_experiments) {
-    parts.push_back({"experiments", [&](const ReportFolder& folder) {
-                       const auto text =
-                           report_experiments(experiments(), scene->model, threads, folder);
-                       return text ? "\n## Whole experiments, not fitted\n\n" + *text : text;
-                     }});
+    parts.push_back(
+        {"experiments", kExperimentTables, [&](const ReportFolder& folder, ReportTables& tables) {
+           const auto text =
+               report_experiments(experiments(), scene->model, threads, folder, tables);
+           return text ? "\n## Whole experiments, not fitted\n\n" + *text : text;
+         }});
   }
   return make_report({.folder = command.folder,
                       .file = "score.md",

@@ -13,7 +13,6 @@
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -157,10 +156,9 @@ Slide slide(double speed_mm_per_s) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("contact_stability.csv"),
-                                "case,setting,iterations,converged,force_error", folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolder& /*folder*/,
+                                                               ReportTables& tables) {
+  CsvTable& table = tables.at("contact_stability.csv");
   std::vector<Trial> rows;
   small_features(rows);
   thin_layers(rows);
@@ -172,27 +170,22 @@ Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolde
       "wide, of two cones against a cold start.\n\n| case | setting | iterations | converged | force error |\n|---|---|---|---|---|\n",
       kPressed_mm);
   for (const Trial& row : rows) {
-    table->row({row.what}, {row.setting, static_cast<double>(row.iterations),
-                            row.converged ? 1.0 : 0.0, row.error});
+    table.row({row.what}, {row.setting, static_cast<double>(row.iterations),
+                           row.converged ? 1.0 : 0.0, row.error});
     text += fmt::format("| {} | {} | {} | {} | {:+.2f} % |\n", row.what, row.setting,
                         row.iterations, row.converged ? "yes" : "no", 100.0 * row.error);
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
-  auto slides =
-      CsvTable::create(folder.path("fast_slides.csv"),
-                       "speed_mm_per_s,poor_share,force_error,energy_error", folder.overwrite);
-  if (!slides) return Unexpected<SetupError>(slides.error());
+  CsvTable& slides = tables.at("fast_slides.csv");
   text +=
       "\nDots of 1 mm that slide under the finger (`fast_slides.csv`): the share of solutions whose gap errs by more than 1 %, and the largest "
       "errors against the contact at rest where the probe was one lag ago.\n\n| speed, mm/s | poor solutions | force | energy density "
       "|\n|---|---|---|---|\n";
   for (const double speed : {10.0, 40.0, 80.0, 160.0, 320.0, 640.0}) {
     const Slide each = slide(speed);
-    slides->row({speed, each.poor, each.force_error, each.energy_error});
+    slides.row({speed, each.poor, each.force_error, each.energy_error});
     text += fmt::format("| {} | {:.0f} % | {:.2f} % | {:.1f} % |\n", speed, 100.0 * each.poor,
                         100.0 * each.force_error, 100.0 * each.energy_error);
   }
-  if (auto closed = slides->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

@@ -14,7 +14,6 @@
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/superposition.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -46,12 +45,9 @@ double largest_difference(std::span<const double> a, std::span<const double> b) 
 
 }  // namespace
 
-Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("contact_stage.csv"),
-                                "method,parameter,cost_us_per_tick,error_uA_per_cm2,"
-                                "afferents_reached",
-                                folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder,
+                                                     ReportTables& tables) {
+  CsvTable& table = tables.at("contact_stage.csv");
   const SkinParameters skin;
   const TipContact tip(Indenter{}, skin);
   const auto receptors = *place_receptors({}, {});
@@ -75,7 +71,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
       "reached |\n|---|---|---|---|\n";
   const auto row = [&](const std::string& name, double parameter, double cost_s, double error,
                        std::size_t reached) {
-    table->row({name}, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});
+    table.row({name}, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});
     text += fmt::format("| {}{} | {:.3g} | {:.2g} | {} |\n", name,
                         parameter > 0.0 ? fmt::format(" {:.0e}", parameter) : "", 1e6 * cost_s,
                         error, reached);
@@ -110,7 +106,6 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder)
           drive.afferents_reached());
     }
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

@@ -10,7 +10,6 @@
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/spike_train_error.hpp"
 
 namespace merkel {
@@ -92,12 +91,9 @@ std::vector<SpikeEvent> run(TactileModel& model, Depth depth_mm) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("end_to_end.csv"),
-                                "press,variant,step_us,cost_us_per_tick,rms_error_ms,"
-                                "median_error_ms,share_unmatched,spikes,reference_spikes",
-                                folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& folder,
+                                                        ReportTables& tables) {
+  CsvTable& table = tables.at("end_to_end.csv");
   std::string text =
       "## The whole chain\n\nThe default scene for a second under three presses; spikes against "
       "RK4 at 2.5 µs with nothing skipped (`end_to_end.csv`). Near threshold, single spikes appear "
@@ -120,16 +116,15 @@ Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& fold
       const double cost_us =
           1e6 * measure([&] { spikes = run(model, press.depth_mm); }, 3, 0.01).median_s / kTicks;
       const SpikeTrainError error = spike_train_error(spikes, reference);
-      table->row({press.name, variant.name},
-                 {variant.step_us, cost_us, error.rms_ms, error.median_ms, error.share_unmatched(),
-                  static_cast<double>(spikes.size()), static_cast<double>(reference.size())});
+      table.row({press.name, variant.name},
+                {variant.step_us, cost_us, error.rms_ms, error.median_ms, error.share_unmatched(),
+                 static_cast<double>(spikes.size()), static_cast<double>(reference.size())});
       text += fmt::format("| {} | {:g} | {:.2f} | {:.2g} | {:.2g} | {:.1f} % |\n", variant.name,
                           variant.step_us, cost_us, error.rms_ms, error.median_ms,
                           100.0 * error.share_unmatched());
     }
     folder.report((static_cast<double>(&press - kPresses) + 1.0) / std::size(kPresses));
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

@@ -13,7 +13,6 @@
 #include "tools/child_process.hpp"
 #include "tools/studies/bench/population_cost.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/plot_runner.hpp"
 #include "tools/studies/report/spike_train_error.hpp"
 #ifdef MERKEL_HAS_CVODE
@@ -181,12 +180,9 @@ Expected<std::string, SetupError> measure_peers(const ReportFolder& folder) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("integrators.csv"),
-                                "method,precision,step_us,cost_us_per_neuron_second,rms_error_ms,"
-                                "share_unmatched",
-                                folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& folder,
+                                                         ReportTables& tables) {
+  CsvTable& table = tables.at("integrators.csv");
   // RK4 at this step is within 1e-7 ms of CVODE at 1e-12.
   const auto reference =
       drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5)
@@ -209,15 +205,14 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   for (std::size_t k = 0; k < methods; ++k) {
     for (const auto precision : {Precision::kDouble, Precision::kFloat}) {
       const MethodRows rows = measure_method(static_cast<IntegrationMethod>(k), precision,
-                                             reference, step_costs, *table);
+                                             reference, step_costs, table);
       text += rows.report;
       known_text += rows.known;
       folder.report((static_cast<double>(k) + (precision == Precision::kFloat ? 1.0 : 0.5)) /
                     static_cast<double>(methods));
     }
   }
-  text += measure_cvode(reference, *table);
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
+  text += measure_cvode(reference, table);
   if (!known->write(known_text) || !known->close()) return unavailable(known->error());
   const auto peers = measure_peers(folder);
   if (!peers) return peers;

@@ -20,7 +20,6 @@
 #include "tools/studies/reference/bonded_layer.hpp"
 #include "tools/studies/reference/flat_punch.hpp"
 #include "tools/studies/reference/sneddon_contact.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -140,13 +139,9 @@ PixelGrid pixels(double half_mm, std::size_t across) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& folder) {
-  auto table =
-      CsvTable::create(folder.path("solved_contact.csv"),
-                       "tip,pixels_across,force_error,energy_error,cold_iterations,cold_ms,"
-                       "warm_iterations,warm_ms",
-                       folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& /*folder*/,
+                                                            ReportTables& tables) {
+  CsvTable& table = tables.at("solved_contact.csv");
   const SkinParameters skin;
   std::string text = fmt::format(
       "## Contact solver\n\nForce against the closed form at {} mm depth on a half-space (pin of {} mm, sphere "
@@ -173,16 +168,15 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                               warm = solver.press(depth_mm, kAccuracy);
                             }).median_s;
       const double error = cold.force_mN / each.force_mN - 1.0;
-      table->row({each.name},
-                 {static_cast<double>(across), error, energy, static_cast<double>(cold.iterations),
-                  1e3 * cold_s, static_cast<double>(warm.iterations), 1e3 * warm_s});
+      table.row({each.name},
+                {static_cast<double>(across), error, energy, static_cast<double>(cold.iterations),
+                 1e3 * cold_s, static_cast<double>(warm.iterations), 1e3 * warm_s});
       text += fmt::format("| {} | {}² | {:+.2f} % | {} | {} | {:.2f} | {} | {:.2f} |\n", each.name,
                           across, 100.0 * error,
                           std::isnan(energy) ? "–" : fmt::format("{:.2f} %", 100.0 * energy),
                           cold.iterations, 1e3 * cold_s, warm.iterations, 1e3 * warm_s);
     }
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

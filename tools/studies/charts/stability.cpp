@@ -8,7 +8,6 @@
 #include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 #include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -34,11 +33,9 @@ const std::vector<double> kSteps_us = {5,  12.5, 25, 50, 55,  60,  65,  70, 75,
 
 }  // namespace
 
-Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("stability.csv"),
-                                "method,step_us,current_uA_per_cm2,gain_mS_per_cm2,outcome",
-                                folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folder,
+                                                       ReportTables& tables) {
+  CsvTable& table = tables.at("stability.csv");
   std::vector<double> currents;
   for (double I = 0.0; I <= 160.0; I += 10.0) currents.push_back(I);
   const std::vector<double> gains = {0.1,  1.0,  5.0,   10.0,  20.0, 25.0,
@@ -75,7 +72,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
             drive_neurons({currents[i]}, kSearch_ms, method, Precision::kDouble, step_us);
         const Outcome outcome =
             outcome_of(static_cast<int>(driven.spikes.size()), expected[i], driven.resets > 0);
-        table->row({names[k]}, {step_us, currents[i], 0.0, static_cast<double>(outcome)});
+        table.row({names[k]}, {step_us, currents[i], 0.0, static_cast<double>(outcome)});
         if (currents[i] == 10.0) right[0] = outcome == kRight;
         if (currents[i] <= 60.0) right[1] = right[1] && outcome == kRight;
       }
@@ -87,7 +84,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
         const int spikes = static_cast<int>(driven.spikes.size());
         const bool close = std::abs(spikes - expected_on_grid[i]) <= 5 + expected_on_grid[i] / 10;
         const Outcome outcome = driven.resets > 0 ? kDiverged : close ? kRight : kWrongCount;
-        table->row({names[k]}, {step_us, 0.0, gains[i], static_cast<double>(outcome)});
+        table.row({names[k]}, {step_us, 0.0, gains[i], static_cast<double>(outcome)});
         if (gains[i] == 0.1) right[2] = outcome == kRight;
         if (gains[i] == 25.0) right[3] = outcome == kRight;
       }
@@ -103,7 +100,6 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
     text += "\n";
     folder.report(static_cast<double>(k + 1) / static_cast<double>(names.size()));
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

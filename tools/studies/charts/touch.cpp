@@ -9,7 +9,6 @@
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -25,12 +24,9 @@ const Skin kSkins[] = {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
-  auto table = CsvTable::create(folder.path("touch.csv"),
-                                "receptors,afferents,depth_mm,contact_area_mm2,afferents_reached,"
-                                "active_afferents,cost_us_per_tick",
-                                folder.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder,
+                                                   ReportTables& tables) {
+  CsvTable& table = tables.at("touch.csv");
   std::string text =
       "## Cost against the touched area\n\nA sphere of 5 mm radius on the centre of patches "
       "without a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at "
@@ -65,16 +61,15 @@ Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder) {
       const double a = model.press(0, input).contact.contact_radius_mm;
       const double area = std::numbers::pi * a * a;
       const std::size_t reached = depth_mm > 0.0 ? patch.drive().afferents_reached() : 0;
-      table->row({static_cast<double>(skin.receptors), static_cast<double>(patch.neurons()),
-                  depth_mm, area, static_cast<double>(reached), static_cast<double>(active),
-                  cost_us});
+      table.row({static_cast<double>(skin.receptors), static_cast<double>(patch.neurons()),
+                 depth_mm, area, static_cast<double>(reached), static_cast<double>(active),
+                 cost_us});
       text += fmt::format("| {} | {} | {:g} | {:.1f} | {} | {} | {:.2f} |\n",
                           static_cast<long long>(skin.receptors), patch.neurons(), depth_mm, area,
                           reached, active, cost_us);
     }
     folder.report((static_cast<double>(&skin - kSkins) + 1.0) / std::size(kSkins));
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text + "\n";
 }
 

@@ -79,25 +79,22 @@ ExperimentOutcome turned_cylinders(const TactileModel::Parameters& scene, std::s
   }
   const std::size_t n = angles_deg.size();
   std::vector<double> found(cylinders.size() * n);
-  std::vector<std::optional<ParameterError>> errors(found.size());
-  for_each_item(found.size(), threads, [&](std::size_t /*worker*/, std::size_t k) {
+  const auto run = [&](std::size_t /*worker*/, std::size_t k) -> std::optional<ParameterError> {
     Indenter indenter;
     indenter.tip =
         CylinderTip{.radius_mm = 1e3 / cylinders[k / n].curvature_per_m, .length_mm = kCylinder_mm};
     indenter.orientation_deg = 90.0 + angles_deg[k % n];  // from the finger's axis
     indenter.control = Indenter::Control::kForce;
     auto afferents = PressedAfferents::create(scene, indenter, places, kRidgeTrials);
-    if (!afferents) {
-      errors[k] = afferents.error();
-      return;
-    }
+    if (!afferents) return afferents.error();
     const auto course = [](double time_s) {
       return ContactInput{.force_mN = kCylinder_mN * std::min(1.0, time_s / kCylinderRamp_s)};
     };
     found[k] = ridge_angle_deg(places, afferents->rates(course, 0.0, kCylinderCount_s));
-  });
-  for (const auto& error : errors) {
-    if (error) return Unexpected<ParameterError>(*error);
+    return std::nullopt;
+  };
+  if (const auto error = try_each_item(found.size(), threads, run)) {
+    return Unexpected<ParameterError>(*error);
   }
   ExperimentResult result;
   for (std::size_t c = 0; c < cylinders.size(); ++c) {

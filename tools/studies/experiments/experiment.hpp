@@ -39,29 +39,22 @@ struct ExperimentResult {
   std::vector<ExperimentCurve> curves;
 };
 
+using ExperimentOutcome = Expected<ExperimentResult, ParameterError>;
+using RunExperiment = ExperimentOutcome(const TactileModel::Parameters& scene, std::size_t threads);
+
 /// A published experiment, repeated on the model's afferent. No parameter is fitted to it.
 struct Experiment {
   const char* name;  ///< of its picture
   const char* title;
   const char* cite;
   const char* protocol;  ///< with what the open text of the source does not state
-  Expected<ExperimentResult, ParameterError> (*run)(const TactileModel::Parameters& scene,
-                                                    std::size_t threads);
+  RunExperiment* run;
 };
 
 /// All experiments. To add one: its function here and its row in experiments.cpp.
 [[nodiscard]] std::span<const Experiment> experiments();
 
-using ExperimentOutcome = Expected<ExperimentResult, ParameterError>;
-[[nodiscard]] ExperimentOutcome scanned_squares(const TactileModel::Parameters& scene,
-                                                std::size_t threads);
-[[nodiscard]] ExperimentOutcome vibrating_gratings(const TactileModel::Parameters& scene,
-                                                   std::size_t threads);
-[[nodiscard]] ExperimentOutcome gaps_in_a_plate(const TactileModel::Parameters& scene,
-                                                std::size_t threads);
-[[nodiscard]] ExperimentOutcome spheres_on_human_fingers(const TactileModel::Parameters& scene,
-                                                         std::size_t threads);
-[[nodiscard]] ExperimentOutcome turned_cylinders(const TactileModel::Parameters& scene,
-                                                 std::size_t threads);
+RunExperiment scanned_squares, vibrating_gratings, gaps_in_a_plate, spheres_on_human_fingers,
+    turned_cylinders;
 
 }  // namespace merkel

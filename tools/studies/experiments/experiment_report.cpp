@@ -21,15 +21,10 @@ std::string accepted(const ExperimentFigure& figure) {
 Expected<std::string, SetupError> report_experiments(std::span<const Experiment> experiments,
                                                      const TactileModel::Parameters& scene,
                                                      std::size_t threads,
-                                                     const ReportFolder& folder) {
-  auto figures =
-      CsvTable::create(folder.path("experiments.csv"),
-                       "experiment,figure,recorded,model,least,most,matches", folder.overwrite);
-  if (!figures) return Unexpected<SetupError>(figures.error());
-  auto curves =
-      CsvTable::create(folder.path("experiment_curves.csv"),
-                       "experiment,title,series,x_name,y_name,x,model,recorded", folder.overwrite);
-  if (!curves) return Unexpected<SetupError>(curves.error());
+                                                     const ReportFolder& folder,
+                                                     ReportTables& tables) {
+  CsvTable& figures = tables.at("experiments.csv");
+  CsvTable& curves = tables.at("experiment_curves.csv");
   std::string text;
   std::size_t done = 0;
   for (const Experiment& experiment : experiments) {
@@ -48,21 +43,19 @@ Expected<std::string, SetupError> report_experiments(std::span<const Experiment>
           std::isfinite(figure.model) ? fmt::format("{:.2f}", figure.model) : "–";
       text += fmt::format("| {} | {} | {} | {} | {} |\n", figure.name, model, figure.recorded,
                           accepted(figure), figure.matches() ? "yes" : "**no**");
-      figures->row({experiment.name, figure.name, figure.recorded},
-                   {figure.model, figure.least, figure.most, figure.matches() ? 1.0 : 0.0});
+      figures.row({experiment.name, figure.name, figure.recorded},
+                  {figure.model, figure.least, figure.most, figure.matches() ? 1.0 : 0.0});
     }
     text += "\n";
     for (const ExperimentCurve& curve : result->curves) {
       for (std::size_t i = 0; i < curve.x.size(); ++i) {
-        curves->row({experiment.name, experiment.title, curve.series, curve.x_name, curve.y_name},
-                    {curve.x[i], curve.model[i],
-                     curve.recorded.empty() ? std::numeric_limits<double>::quiet_NaN()
-                                            : curve.recorded[i]});
+        curves.row({experiment.name, experiment.title, curve.series, curve.x_name, curve.y_name},
+                   {curve.x[i], curve.model[i],
+                    curve.recorded.empty() ? std::numeric_limits<double>::quiet_NaN()
+                                           : curve.recorded[i]});
       }
     }
   }
-  if (auto closed = figures->close(); !closed) return Unexpected<SetupError>(closed.error());
-  if (auto closed = curves->close(); !closed) return Unexpected<SetupError>(closed.error());
   return text;
 }
 

@@ -34,17 +34,13 @@ struct PressedRow {
   double depth_mm = kGratingDepth_mm;
   double amplitude_mm = 0.0;  ///< of a sine of 20 Hz on the depth
   std::vector<double> rates_hz;
-  std::optional<ParameterError> error;
 
-  void run(const TactileModel::Parameters& scene) {
+  std::optional<ParameterError> run(const TactileModel::Parameters& scene) {
     Indenter surface = surface_for_depth(1.1 * (depth_mm + amplitude_mm), kGroove_mm);
     surface.tip = bars;
     surface.orientation_deg = direction == BarDirection::kAlong ? 90.0 : 0.0;
     auto afferents = PressedAfferents::create(scene, surface, kAtApex, kGratingTrials);
-    if (!afferents) {
-      error = afferents.error();
-      return;
-    }
+    if (!afferents) return afferents.error();
     for (const double shift : shifts_mm) {
       const auto course = [&](double time_s) {
         const double sine =
@@ -58,6 +54,7 @@ struct PressedRow {
       };
       rates_hz.push_back(afferents->rates(course, kGratingFrom_s, kGratingUntil_s).front());
     }
+    return std::nullopt;
   }
 
   /// (largest − smallest)/(largest + smallest).
@@ -73,12 +70,8 @@ struct PressedRow {
 
 std::optional<ParameterError> run_all(std::vector<PressedRow>& rows,
                                       const TactileModel::Parameters& scene, std::size_t threads) {
-  for_each_item(rows.size(), threads,
-                [&](std::size_t /*worker*/, std::size_t i) { rows[i].run(scene); });
-  for (const PressedRow& row : rows) {
-    if (row.error) return row.error;
-  }
-  return std::nullopt;
+  return try_each_item(rows.size(), threads,
+                       [&](std::size_t /*worker*/, std::size_t i) { return rows[i].run(scene); });
 }
 
 /// Ridges as wide as the grooves, one of them in the middle; from a ridge's middle to a groove's.

@@ -29,15 +29,11 @@ struct ScanPass {
   Indenter pattern;
   double from_mm = 0.0;  ///< to −from_mm
   std::vector<double> at_mm;
-  std::optional<ParameterError> error;
 
-  void run(const TactileModel::Parameters& scene) {
+  std::optional<ParameterError> run(const TactileModel::Parameters& scene) {
     const Position apex[] = {{0.0, 0.0}};
     auto afferents = PressedAfferents::create(scene, pattern, apex, kPassTrials);
-    if (!afferents) {
-      error = afferents.error();
-      return;
-    }
+    if (!afferents) return afferents.error();
     const auto middle_mm = [&](double time_s) {
       return from_mm + kScan_mm_per_s * std::max(0.0, time_s - kScanSettle_s);
     };
@@ -49,6 +45,7 @@ struct ScanPass {
     for (const double time : times.front()) {
       if (time >= kScanSettle_s) at_mm.push_back(middle_mm(time));
     }
+    return std::nullopt;
   }
 
   /// Rate while the middle is between two places, Hz.
@@ -102,10 +99,9 @@ ExperimentOutcome scanned_squares(const TactileModel::Parameters& scene, std::si
     passes.push_back(rectangle(scene, kScanBar_mm, 45.0, 90.0 - angle));
   }
   for (const double radius : radii_mm) passes.push_back(surrounded(scene, radius));
-  for_each_item(passes.size(), threads,
-                [&](std::size_t /*worker*/, std::size_t i) { passes[i].run(scene); });
-  for (const ScanPass& pass : passes) {
-    if (pass.error) return Unexpected<ParameterError>(*pass.error);
+  const auto run = [&](std::size_t /*worker*/, std::size_t i) { return passes[i].run(scene); };
+  if (const auto error = try_each_item(passes.size(), threads, run)) {
+    return Unexpected<ParameterError>(*error);
   }
 
   const ScanPass& square = passes[0];

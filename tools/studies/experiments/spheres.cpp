@@ -22,8 +22,7 @@ ExperimentOutcome spheres_on_human_fingers(const TactileModel::Parameters& scene
   const std::size_t conditions = curvatures_per_m.size() * forces_gwt.size();
   // The second half: a unit with half the gain.
   std::vector<double> rates(2 * conditions);
-  std::vector<std::optional<ParameterError>> errors(rates.size());
-  for_each_item(rates.size(), threads, [&](std::size_t /*worker*/, std::size_t i) {
+  const auto run = [&](std::size_t /*worker*/, std::size_t i) -> std::optional<ParameterError> {
     const std::size_t condition = i % conditions;
     TactileModel::Parameters unit = scene;
     if (i >= conditions) unit.adaptation.gain_Hz_per_kPa *= 0.5;
@@ -34,14 +33,12 @@ ExperimentOutcome spheres_on_human_fingers(const TactileModel::Parameters& scene
     stimulus.indenter.control = Indenter::Control::kForce;
     stimulus.level = units::mN_from_N(kN_per_gwt * forces_gwt[condition / curvatures_per_m.size()]);
     auto trials = Trials::create(unit, stimulus, kTrials);
-    if (!trials) {
-      errors[i] = trials.error();
-      return;
-    }
+    if (!trials) return trials.error();
     rates[i] = answer_of(stimulus, trials->run(stimulus)).value;
-  });
-  for (const auto& error : errors) {
-    if (error) return Unexpected<ParameterError>(*error);
+    return std::nullopt;
+  };
+  if (const auto error = try_each_item(rates.size(), threads, run)) {
+    return Unexpected<ParameterError>(*error);
   }
 
   ExperimentResult result;

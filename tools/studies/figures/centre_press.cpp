@@ -10,7 +10,6 @@
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
-#include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/rank_correlation.hpp"
 
 namespace merkel {
@@ -58,14 +57,10 @@ struct Statistics {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_centre_press(const ReportFolder& options, int seeds) {
-  auto rates = CsvTable::create(options.path("fig6_centre_press.csv"),
-                                "set,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
-  if (!rates) return Unexpected<SetupError>(rates.error());
-  auto draws =
-      CsvTable::create(options.path("fig7_draws.csv"),
-                       "set,seed,neuron,receptors,mean_distance_mm,rate_hz", options.overwrite);
-  if (!draws) return Unexpected<SetupError>(draws.error());
+Expected<std::string, SetupError> make_centre_press(const ReportFolder& folder,
+                                                    ReportTables& tables, int seeds) {
+  CsvTable& rates = tables.at("fig6_centre_press.csv");
+  CsvTable& draws = tables.at("fig7_draws.csv");
 
   std::string report = fmt::format(
       "## Figs 6 and 7: a press at the centre\n\nSphere of 2 mm radius, 1.5 mm deep at (15, 10) mm "
@@ -80,8 +75,8 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
     TactileModel::Parameters parameters = preset_scene(sets[set])->model;
     Statistics statistics;
     for (int seed = 1; seed <= seeds; ++seed) {
-      options.report((static_cast<double>(set) + static_cast<double>(seed) / seeds) /
-                     static_cast<double>(sets.size()));
+      folder.report((static_cast<double>(set) + static_cast<double>(seed) / seeds) /
+                    static_cast<double>(sets.size()));
       parameters.patches[0].receptors.seed = parameters.network.seed =
           static_cast<std::uint64_t>(seed);
       const PressedPatch patch = press_patch(parameters, kPress, kDuration_s);
@@ -89,20 +84,17 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& options,
       for (std::size_t n = 0; n < patch.rate_hz.size(); ++n) {
         const auto neuron = static_cast<double>(n + 1);
         if (seed == 1) {
-          rates->row({sets[set]},
-                     {neuron, patch.receptors[n], patch.mean_distance_mm[n], patch.rate_hz[n]});
+          rates.row({sets[set]},
+                    {neuron, patch.receptors[n], patch.mean_distance_mm[n], patch.rate_hz[n]});
         }
-        draws->row({sets[set]}, {static_cast<double>(seed), neuron, patch.receptors[n],
-                                 patch.mean_distance_mm[n], patch.rate_hz[n]});
+        draws.row({sets[set]}, {static_cast<double>(seed), neuron, patch.receptors[n],
+                                patch.mean_distance_mm[n], patch.rate_hz[n]});
       }
     }
     report += fmt::format("| {} | {} | {} | {} | {} of {} | {} of {} |\n", sets[set],
                           spread(statistics.with_distance), spread(statistics.with_count),
                           statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
                           statistics.far_above_near, statistics.far_has_more);
-  }
-  for (auto* const table : {&*rates, &*draws}) {
-    if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   }
   report +=
       "\nThe joint dependence on distance and receptor count is **reproduced** by a set with "

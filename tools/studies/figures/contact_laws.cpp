@@ -6,16 +6,13 @@
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 
-Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options) {
+Expected<std::string, SetupError> make_contact_laws(const ReportFolder& /*folder*/,
+                                                    ReportTables& tables) {
   constexpr double kThickness_mm = 4.0;
-  auto table =
-      CsvTable::create(options.path("contact_laws.csv"),
-                       "radius_mm,depth_mm,hertz_N,exact_sphere_N,layer_N", options.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+  CsvTable& table = tables.at("contact_laws.csv");
   std::string report =
       "## Contact laws\n\nForce against depth of a sphere on a half-space (a paraboloid, Hertz; the "
       "exact sphere) and on skin of 4 mm bonded to bone (`contact_laws.csv`).\n\n| R (mm) | depth "
@@ -27,8 +24,8 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options)
     for (int i = 0; i <= 40; ++i) {
       const double depth = 0.05 * i;
       const double base = hertz.at_depth(depth).force_mN;
-      table->row({radius, depth, units::N_from_mN(base), units::N_from_mN(sphere.force_mN(depth)),
-                  units::N_from_mN(layer.force_mN(depth))});
+      table.row({radius, depth, units::N_from_mN(base), units::N_from_mN(sphere.force_mN(depth)),
+                 units::N_from_mN(layer.force_mN(depth))});
       if (i == 10 || i == 20 || i == 30) {
         const double a = hertz.at_depth(depth).contact_radius_mm;
         report += fmt::format("| {:g} | {:g} | {:.2f} | {:.2f} | {:.3f} | {:.3f} |\n", radius,
@@ -37,7 +34,6 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& options)
       }
     }
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return report + "\n";
 }
 

@@ -6,16 +6,12 @@
 #include "core/units.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 
-Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) {
-  auto table = CsvTable::create(options.path("curved_bars.csv"),
-                                "width_mm,depth_mm,force_N,elements_force_N,middle_kPa,"
-                                "elements_middle_kPa,edge_kPa,elements_edge_kPa",
-                                options.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_curved_bars(const ReportFolder& /*folder*/,
+                                                   ReportTables& tables) {
+  CsvTable& table = tables.at("curved_bars.csv");
   const SkinParameters skin{.radius_mm = 7.0};
   const SkinMaterial material(skin);
   std::string report =
@@ -45,16 +41,15 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& options) 
         return energy(elements.stress(x, 0.0, skin.receptor_depth_mm));
       };
       const double edge = 0.5 * width;
-      table->row({width, depth, units::N_from_mN(field.force_mN(depth)),
-                  units::N_from_mN(elements.force_mN()), ours(0.0), theirs(0.0), ours(edge),
-                  theirs(edge)});
+      table.row({width, depth, units::N_from_mN(field.force_mN(depth)),
+                 units::N_from_mN(elements.force_mN()), ours(0.0), theirs(0.0), ours(edge),
+                 theirs(edge)});
       report += fmt::format("| {:g} | {:g} | {:+.1f} % | {:+.1f} % | {:+.1f} % |\n", width, depth,
                             100.0 * (field.force_mN(depth) / elements.force_mN() - 1.0),
                             100.0 * (ours(0.0) / theirs(0.0) - 1.0),
                             100.0 * (ours(edge) / theirs(edge) - 1.0));
     }
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   return report + "\n";
 }
 

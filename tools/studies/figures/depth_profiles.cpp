@@ -10,7 +10,6 @@
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -25,12 +24,11 @@ struct Peak {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& options) {
+Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& /*folder*/,
+                                                      ReportTables& tables) {
   const SkinParameters skin;
   const SkinMaterial material(skin);
-  auto table = CsvTable::create(options.path("fig5_depth.csv"), "radius_mm,depth_mm,r_mm,sed_kPa",
-                                options.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+  CsvTable& table = tables.at("fig5_depth.csv");
   const auto profile = [&](double radius_mm, double depth_mm) {
     const HertzContact law(radius_mm, skin.radius_mm, material.reduced_modulus_kPa());
     const ContactState contact = law.at_depth(depth_mm);
@@ -44,7 +42,7 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
       const double energy =
           energy_density_kPa(huber_stress(contact, skin.poisson_ratio, r, skin.receptor_depth_mm),
                              material, skin.energy_density);
-      table->row({radius_mm, depth_mm, r, energy});
+      table.row({radius_mm, depth_mm, r, energy});
       along.push_back(energy);
       if (energy <= peak.height_kPa) continue;
       peak.at_mm = r;
@@ -72,7 +70,6 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& option
                     peak.height_kPa, peak.at_mm, peak.at_mm > 0.0 ? "annular" : "single peak",
                     peak.deepest_kPa, peak.printed_kPa);
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   const bool grows =
       std::is_sorted(peaks.begin(), peaks.begin() + 5,
                      [](const Peak& a, const Peak& b) { return a.height_kPa < b.height_kPa; });

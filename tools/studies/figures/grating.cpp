@@ -12,7 +12,6 @@
 #include "core/skin/strain_energy_density.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
-#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 namespace {
@@ -34,7 +33,8 @@ std::vector<double> steady_rates(const std::vector<double>& currents) {
 
 }  // namespace
 
-Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
+Expected<std::string, SetupError> make_grating(const ReportFolder& /*folder*/,
+                                               ReportTables& tables) {
   const BarTip tip;  // bars of 5 mm, gaps of 3 and 5 mm
   const SkinParameters skin;
   const SkinMaterial material(skin);
@@ -51,10 +51,7 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
     current.push_back(kReceptors * transduction.current_uA_per_cm2(energy.back()));
   }
   const std::vector<double> rate = steady_rates(current);
-  auto table =
-      CsvTable::create(options.path("fig4_grating.csv"),
-                       "x_mm,sed_kPa,current_uA_per_cm2,rate_hz,pressed", options.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+  CsvTable& table = tables.at("fig4_grating.csv");
   const auto under_bar = [&tip](double at) {
     for (std::size_t bar = 0; bar < tip.widths_mm.size(); ++bar) {
       if (std::fabs(at - tip.centre_mm(bar)) <= 0.5 * tip.widths_mm[bar]) return true;
@@ -62,9 +59,8 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& options) {
     return false;
   };
   for (std::size_t i = 0; i < x.size(); ++i) {
-    table->row({x[i], energy[i], current[i], rate[i], under_bar(x[i]) ? 1.0 : 0.0});
+    table.row({x[i], energy[i], current[i], rate[i], under_bar(x[i]) ? 1.0 : 0.0});
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
 
   // The highest values within 1 mm of an edge, and the lowest within 1 mm of a bar's centre.
   const auto extreme = [&](const std::vector<double>& values, double near, bool highest) {

@@ -8,15 +8,13 @@
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
-#include "tools/studies/report/csv_table.hpp"
 #include "tools/studies/report/rank_correlation.hpp"
 
 namespace merkel {
 
-Expected<std::string, SetupError> make_position_scan(const ReportFolder& options, int seeds) {
-  auto table = CsvTable::create(options.path("fig8_positions.csv"),
-                                "seed,position,receptors,network_rate_hz", options.overwrite);
-  if (!table) return Unexpected<SetupError>(table.error());
+Expected<std::string, SetupError> make_position_scan(const ReportFolder& folder,
+                                                     ReportTables& tables, int seeds) {
+  CsvTable& table = tables.at("fig8_positions.csv");
   TactileModel::Parameters parameters = preset_scene("paper")->model;
   const Patch& patch = parameters.patches[0].patch;
   std::vector<double> correlations;
@@ -32,13 +30,12 @@ Expected<std::string, SetupError> make_position_scan(const ReportFolder& options
       const PressedPatch pressed = press_patch(parameters, press, 1.0);
       receptors.push_back(pressed.receptors[position - 1]);
       rates.push_back(std::accumulate(pressed.rate_hz.begin(), pressed.rate_hz.end(), 0.0));
-      table->row({static_cast<double>(seed), static_cast<double>(position), receptors.back(),
-                  rates.back()});
+      table.row({static_cast<double>(seed), static_cast<double>(position), receptors.back(),
+                 rates.back()});
     }
     correlations.push_back(spearman(receptors, rates));
-    options.report(static_cast<double>(seed) / seeds);
+    folder.report(static_cast<double>(seed) / seeds);
   }
-  if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   const double mean = std::accumulate(correlations.begin(), correlations.end(), 0.0) /
                       static_cast<double>(correlations.size());
   const double least = *std::min_element(correlations.begin(), correlations.end());

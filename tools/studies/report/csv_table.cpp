@@ -23,6 +23,7 @@ Expected<CsvTable, SetupError> CsvTable::create(const std::string& path, const s
   if (!file) return Unexpected<SetupError>(file.error());
   CsvTable table(std::move(*file));
   if (!table.file_.write(header + "\n")) return unavailable(table.file_.error());
+  table.file_.end_header();
   return table;
 }
 

@@ -14,6 +14,21 @@ namespace merkel {
 
 namespace {
 
+Expected<std::string, SetupError> made(const ReportPart& part, const ReportFolder& folder) {
+  ReportTables tables;
+  for (const auto& [name, columns] : part.tables) {
+    auto table = CsvTable::create(folder.path(name), columns, folder.overwrite);
+    if (!table) return Unexpected<SetupError>(table.error());
+    tables.emplace(name, std::move(*table));
+  }
+  auto text = part.make(folder, tables);
+  for (auto& [name, table] : tables) {
+    if (!text) break;
+    if (auto closed = table.close(); !closed) return Unexpected<SetupError>(closed.error());
+  }
+  return text;
+}
+
 /// The heading and the text of all parts.
 Expected<std::string, SetupError> text_of(const std::string& heading,
                                           std::span<const ReportPart> parts, ReportFolder folder) {
@@ -25,14 +40,14 @@ Expected<std::string, SetupError> text_of(const std::string& heading,
         std::fprintf(stderr, "\r%s: %3.0f %% ", part.name, 100.0 * fraction);
       };
     }
-    auto made = part.make(folder);
+    auto done = made(part, folder);
     if (terminal) std::fprintf(stderr, "\r%s: done   \n", part.name);
-    if (!made) {
+    if (!done) {
       // What is known so far: a heading alone is nothing.
       if (text.size() > heading.size()) std::fputs(text.c_str(), stdout);
-      return made;
+      return done;
     }
-    text += *made;
+    text += *done;
   }
   return text;
 }

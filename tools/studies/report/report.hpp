@@ -1,10 +1,14 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/expected.hpp"
+#include "tools/studies/report/csv_table.hpp"
 
 namespace merkel {
 
@@ -22,11 +26,22 @@ struct ReportFolder {
   [[nodiscard]] std::string path(const std::string& name) const { return folder + "/" + name; }
 };
 
-/// A part of a report: writes its tables to the folder and returns its text (Markdown).
+/// The names of tables and their columns.
+using TableHeads = std::vector<std::pair<const char*, const char*>>;
+/// The tables of a part, by name. They are created before it is made, and closed after it.
+using ReportTables = std::map<std::string, CsvTable>;
+
+/// Fills the tables of a part and returns its text (Markdown).
+using MakePart = Expected<std::string, SetupError>(const ReportFolder& folder,
+                                                   ReportTables& tables);
+
+/// A part of a report.
 struct ReportPart {
   const char* name;
-  std::function<Expected<std::string, SetupError>(const ReportFolder&)> make;
+  TableHeads tables;
+  std::function<MakePart> make;
 };
+
 /// Makes all parts, writes the text to the folder's file, prints it, and draws the tables with a
 /// plot script. \param heading  start of the text. Returns the program's exit code.
 int make_report(const ReportFolder& folder, const std::string& heading,

@@ -32,24 +32,21 @@ Expected<std::vector<FitTrace>, ParameterError> fit_traces(const TactileModel::P
     }
   }
   std::vector<std::optional<Trials>> models(std::max<std::size_t>(1, threads));
-  std::vector<std::optional<ParameterError>> errors(traces.size());
-  for_each_item(traces.size(), threads, [&](std::size_t worker, std::size_t i) {
+  const auto trace = [&](std::size_t worker, std::size_t i) -> std::optional<ParameterError> {
     const Stimulus& stimulus = traces[i].point->stimulus;
     std::optional<Trials>& model = models[worker];
     if (!model || !model->fits(stimulus)) {
       auto made = Trials::create(scene, stimulus, 1);
-      if (!made) {
-        errors[i] = made.error();
-        return;
-      }
+      if (!made) return made.error();
       model.emplace(std::move(*made));
     }
     traces[i].energy_kPa = model->energies_kPa(stimulus);
     traces[i].tick = model->tick();
     traces[i].step = model->step();
-  });
-  for (const auto& error : errors) {
-    if (error) return Unexpected<ParameterError>(*error);
+    return std::nullopt;
+  };
+  if (const auto error = try_each_item(traces.size(), threads, trace)) {
+    return Unexpected<ParameterError>(*error);
   }
   return traces;
 }

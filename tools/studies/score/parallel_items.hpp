@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <optional>
 #include <thread>
 #include <vector>
+
+#include "core/parameters/parameter_error.hpp"
 
 namespace merkel {
 
@@ -21,6 +24,19 @@ void for_each_item(std::size_t items, std::size_t threads, const Work& work) {
     others.emplace_back(run, worker);
   }
   run(0);
+}
+
+/// The same for work that can fail. \return the first error, in the order of the items
+template <class Work>
+[[nodiscard]] std::optional<ParameterError> try_each_item(std::size_t items, std::size_t threads,
+                                                          const Work& work) {
+  std::vector<std::optional<ParameterError>> errors(items);
+  for_each_item(items, threads,
+                [&](std::size_t worker, std::size_t item) { errors[item] = work(worker, item); });
+  for (auto& error : errors) {
+    if (error) return error;
+  }
+  return std::nullopt;
 }
 
 }  // namespace merkel

@@ -217,21 +217,11 @@ Expected<void, SetupError> load_trials(Recordings& recordings, const std::string
 
 Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& scene,
                                                const Recordings& recordings,
-                                               std::size_t repetitions,
-                                               const ReportFolder& folder) {
-  auto spikes =
-      CsvTable::create(folder.path(kTrialTables[0]), "set,source,trial,time_s", folder.overwrite);
-  if (!spikes) return Unexpected<SetupError>(spikes.error());
-  auto psth = CsvTable::create(folder.path(kTrialTables[1]), "set,time_s,recorded_hz,model_hz",
-                               folder.overwrite);
-  if (!psth) return Unexpected<SetupError>(psth.error());
-  auto press =
-      CsvTable::create(folder.path(kTrialTables[2]), "set,unit,time_s,level", folder.overwrite);
-  if (!press) return Unexpected<SetupError>(press.error());
-  auto apart =
-      CsvTable::create(folder.path(kTrialTables[3]),
-                       "set,distance,model_to_recorded,recorded_to_recorded", folder.overwrite);
-  if (!apart) return Unexpected<SetupError>(apart.error());
+                                               std::size_t repetitions, ReportTables& tables) {
+  CsvTable& spikes = tables.at("trials.csv");
+  CsvTable& psth = tables.at("psth.csv");
+  CsvTable& press = tables.at("press.csv");
+  CsvTable& apart = tables.at("distances.csv");
   std::string text;
   for (const RecordedTrials& set : recordings.trials) {
     Stimulus whole = set.stimulus;
@@ -243,7 +233,7 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     const auto add = [&](const char* source, const Trains& trains) {
       for (std::size_t k = 0; k < trains.size(); ++k) {
         for (const double time : trains[k]) {
-          spikes->row({set.name, source}, {static_cast<double>(k + 1), time});
+          spikes.row({set.name, source}, {static_cast<double>(k + 1), time});
         }
       }
     };
@@ -251,17 +241,13 @@ Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& s
     add("model", model);
     const bool force = set.trace->control() == Indenter::Control::kForce;
     for (double t = 0.0; t <= set.trace->duration_s(); t += 0.005) {
-      press->row({set.name, force ? "N" : "mm"},
-                 {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
+      press.row({set.name, force ? "N" : "mm"}, {t, (force ? 1e-3 : 1.0) * set.trace->at(t).level});
     }
-    const double r2 = write_psth(set, model, *psth);
+    const double r2 = write_psth(set, model, psth);
     text += fmt::format("### {}: {} recorded trials, {} of the model\n\n", set.name,
                         set.spikes_s.size(), model.size());
-    text += phase_table(set, model) + distances(set, model, *apart) + locking(set, model);
+    text += phase_table(set, model) + distances(set, model, apart) + locking(set, model);
     text += fmt::format("- PSTH in bins of {:g} ms: R² = {}\n\n", 1e3 * set.bin_s, number(r2, 3));
-  }
-  for (CsvTable* const table : {&*spikes, &*psth, &*press, &*apart}) {
-    if (auto closed = table->close(); !closed) return Unexpected<SetupError>(closed.error());
   }
   return text;
 }

@@ -20,17 +20,20 @@ namespace merkel {
                                                      const std::string& folder,
                                                      const ContactDecision::Parameters& contact);
 
-/// The tables that score_trials() writes.
-inline constexpr const char* kTrialTables[] = {"trials.csv", "psth.csv", "press.csv",
-                                               "distances.csv"};
+/// The tables that score_trials() fills.
+inline const TableHeads kTrialTables = {
+    {"trials.csv", "set,source,trial,time_s"},
+    {"psth.csv", "set,time_s,recorded_hz,model_hz"},
+    {"press.csv", "set,unit,time_s,level"},
+    {"distances.csv", "set,distance,model_to_recorded,recorded_to_recorded"}};
 
 /// Compares the model's afferent with the recorded ones under every recorded press: rates by phase,
-/// PSTH, spike distances and phase locking. Writes trials.csv (all spikes), psth.csv, press.csv and
+/// PSTH, spike distances and phase locking. Fills trials.csv (all spikes), psth.csv, press.csv and
 /// distances.csv.
 /// \return Markdown
 [[nodiscard]] Expected<std::string, SetupError> score_trials(const TactileModel::Parameters& scene,
                                                              const Recordings& recordings,
                                                              std::size_t repetitions,
-                                                             const ReportFolder& folder);
+                                                             ReportTables& tables);
 
 }  // namespace merkel

@@ -64,7 +64,6 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
     const DataSet::Point* point;
     Answer answer{.value = kNone, .count_sd = kNone};
     bool skipped = false;
-    std::optional<ParameterError> error = std::nullopt;
   };
   std::vector<Point> points;
   for (const DataSet& set : sets) {
@@ -73,26 +72,27 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
   std::vector<std::optional<Trials>> models(std::max<std::size_t>(1, threads));
   std::mutex mutex;
   std::size_t done = 0;
-  for_each_item(points.size(), threads, [&](std::size_t worker, std::size_t i) {
+  const auto press = [&](std::size_t worker, std::size_t i) -> std::optional<ParameterError> {
     const Stimulus& stimulus = points[i].point->stimulus;
     if (stimulus.indenter.sphere() != nullptr &&
         std::isinf(stimulus.indenter.sphere()->radius_mm) && std::isinf(scene.skin.radius_mm)) {
       points[i].skipped = true;
-      return;
+      return std::nullopt;
     }
     std::optional<Trials>& model = models[worker];
     if (!model || !model->fits(stimulus)) {
       auto made = Trials::create(scene, stimulus, trials);
-      if (!made) {
-        points[i].error = made.error();
-        return;
-      }
+      if (!made) return made.error();
       model.emplace(std::move(*made));
     }
     points[i].answer = answer_of(stimulus, model->run(stimulus));
     const std::lock_guard lock(mutex);
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(points.size()));
-  });
+    return std::nullopt;
+  };
+  if (const auto error = try_each_item(points.size(), threads, press)) {
+    return Unexpected<ParameterError>(*error);
+  }
   std::vector<SetScore> scores;
   auto next = points.begin();
   for (const DataSet& set : sets) {
@@ -101,7 +101,6 @@ Expected<std::vector<SetScore>, ParameterError> score_sets(
     std::vector<double> measured;
     std::vector<double> answered;
     for (std::size_t k = 0; k < set.points.size(); ++k, ++next) {
-      if (next->error) return Unexpected<ParameterError>(*next->error);
       score.predicted.push_back(next->answer.value);
       score.count_sd.push_back(next->answer.count_sd);
       if (next->skipped) {

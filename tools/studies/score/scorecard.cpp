@@ -75,9 +75,11 @@ std::string declines(const std::vector<SetScore>& scores, Sets sets) {
 
 class Scorecard {
  public:
-  Scorecard(const ReportFolder& folder, std::size_t trials, std::size_t threads,
-            const TactileModel::Parameters& scene, const Recordings& recordings, std::string data)
+  Scorecard(const ReportFolder& folder, ReportTables& tables, std::size_t trials,
+            std::size_t threads, const TactileModel::Parameters& scene,
+            const Recordings& recordings, std::string data)
       : folder_(folder),
+        tables_(tables),
         trials_(trials),
         threads_(threads),
         scene_(scene),
@@ -100,17 +102,13 @@ class Scorecard {
              : part("Data of " + data_ + " (independent if the scene was not fitted to them)",
                     Sets::kOwn));
     if (!recordings_.trials.empty()) {
-      const auto trials = score_trials(scene_, recordings_, trials_, folder_);
+      const auto trials = score_trials(scene_, recordings_, trials_, tables_);
       if (!trials) return trials;
       text += "## Recorded presses and their spikes\n\n" + *trials;
     }
     text += "## Other measures, not fitted\n\n";
-    if (auto written = write_conditions(*scores); !written) {
-      return Unexpected<SetupError>(written.error());
-    }
-    if (auto written = write_holds(*scores); !written) {
-      return Unexpected<SetupError>(written.error());
-    }
+    write_conditions(*scores);
+    write_holds(*scores);
     double largest_sd = 0.0;
     for (const SetScore& score : *scores) {
       if (score.set->section != "curvature_force") continue;
@@ -132,12 +130,7 @@ class Scorecard {
       for (const double tau : recordings_.time_constants_ms) text += fmt::format(" {:g}", tau);
       text += " ms)\n";
     }
-    if (scene_.energy_driven()) {
-      auto steady = regularity();
-      if (!steady) return steady;
-      text += *steady;
-    }
-    return text;
+    return scene_.energy_driven() ? text + regularity() : text;
   }
 
  private:
@@ -179,33 +172,24 @@ class Scorecard {
                : "";
   }
 
-  Expected<void, SetupError> write_conditions(const std::vector<SetScore>& scores) {
-    auto sets = CsvTable::create(folder_.path("sets.csv"), "set,points,rmse,r2,R2,fitted",
-                                 folder_.overwrite);
-    if (!sets) return Unexpected<SetupError>(sets.error());
-    auto table =
-        CsvTable::create(folder_.path("conditions.csv"),
-                         "set,section,x_name,x,measured,predicted,count_sd", folder_.overwrite);
-    if (!table) return Unexpected<SetupError>(table.error());
+  void write_conditions(const std::vector<SetScore>& scores) {
+    CsvTable& sets = tables_.at("sets.csv");
+    CsvTable& table = tables_.at("conditions.csv");
     for (const SetScore& score : scores) {
       const DataSet& set = *score.set;
-      sets->row({set.name}, {static_cast<double>(set.points.size() - score.skipped), score.rmse,
-                             score.r2, score.R2, fitted_to(set) ? 1.0 : 0.0});
+      sets.row({set.name}, {static_cast<double>(set.points.size() - score.skipped), score.rmse,
+                            score.r2, score.R2, fitted_to(set) ? 1.0 : 0.0});
       for (std::size_t i = 0; i < set.points.size(); ++i) {
         if (!std::isfinite(score.predicted[i])) continue;  // skipped
-        table->row({set.name, set.section, set.x_name}, {set.points[i].x, set.points[i].measured,
-                                                         score.predicted[i], score.count_sd[i]});
+        table.row({set.name, set.section, set.x_name},
+                  {set.points[i].x, set.points[i].measured, score.predicted[i], score.count_sd[i]});
       }
     }
-    if (auto closed = sets->close(); !closed) return closed;
-    return table->close();
   }
 
   /// Writes rate over time for each hold with a recorded decline.
-  Expected<void, SetupError> write_holds(const std::vector<SetScore>& scores) {
-    auto table = CsvTable::create(folder_.path("holds.csv"), "set,level,unit,time_s,rate_hz",
-                                  folder_.overwrite);
-    if (!table) return Unexpected<SetupError>(table.error());
+  void write_holds(const std::vector<SetScore>& scores) {
+    CsvTable& table = tables_.at("holds.csv");
     for (const SetScore& score : scores) {
       if (score.set->y_name != "decline") continue;
       for (const DataSet::Point& point : score.set->points) {
@@ -221,42 +205,36 @@ class Scorecard {
           }
         }
         for (std::size_t k = 0; k < bins.size(); ++k) {
-          table->row({score.set->name, shortest_decimal(point.x), unit_of_level(*score.set)},
-                     {(static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
-                      bins[k] / (kBin_s * static_cast<double>(times.size()))});
+          table.row({score.set->name, shortest_decimal(point.x), unit_of_level(*score.set)},
+                    {(static_cast<double>(k) + 0.5) * kBin_s - point.stimulus.ramp_s,
+                     bins[k] / (kBin_s * static_cast<double>(times.size()))});
         }
       }
     }
-    return table->close();
   }
 
-  Expected<std::string, SetupError> regularity() {
-    auto intervals =
-        CsvTable::create(folder_.path("intervals.csv"), "rate_hz,interval_ms", folder_.overwrite);
-    if (!intervals) return Unexpected<SetupError>(intervals.error());
-    auto curve =
-        CsvTable::create(folder_.path("rate_by_drive.csv"), "drive_hz,rate_hz", folder_.overwrite);
-    if (!curve) return Unexpected<SetupError>(curve.error());
+  std::string regularity() {
+    CsvTable& intervals = tables_.at("intervals.csv");
+    CsvTable& curve = tables_.at("rate_by_drive.csv");
     std::string text;
     for (const double rate : {10.0, 20.0, 40.0}) {
       const Regularity found = regularity_at(scene_, rate);
       text +=
           fmt::format("- intervals at {:.1f} Hz: CV {:.3f}; SD of the count in a second {:.2f}\n",
                       found.rate_hz, found.cv, found.count_sd);
-      for (const double interval : found.intervals_ms) intervals->row({rate, interval});
+      for (const double interval : found.intervals_ms) intervals.row({rate, interval});
     }
     for (const Recordings::Intervals& recorded : recordings_.intervals) {
       const Regularity found = regularity_at(scene_, 1e3 / recorded.mean_ms);
       text += fmt::format("- intervals at {:.1f} Hz: CV {:.3f} ({:.3f} in the data)\n",
                           found.rate_hz, found.cv, recorded.sd_ms / recorded.mean_ms);
     }
-    for (const DriveRate& at : rates_by_drive(scene_)) curve->row({at.drive_hz, at.rate_hz});
-    if (auto closed = intervals->close(); !closed) return Unexpected<SetupError>(closed.error());
-    if (auto closed = curve->close(); !closed) return Unexpected<SetupError>(closed.error());
+    for (const DriveRate& at : rates_by_drive(scene_)) curve.row({at.drive_hz, at.rate_hz});
     return text;
   }
 
   const ReportFolder& folder_;
+  ReportTables& tables_;
   std::size_t trials_;
   std::size_t threads_;
   const TactileModel::Parameters& scene_;
@@ -266,10 +244,25 @@ class Scorecard {
 
 }  // namespace
 
+TableHeads scorecard_tables(const Scene& scene, const Recordings& recordings) {
+  TableHeads heads = {{"sets.csv", "set,points,rmse,r2,R2,fitted"},
+                      {"conditions.csv", "set,section,x_name,x,measured,predicted,count_sd"},
+                      {"holds.csv", "set,level,unit,time_s,rate_hz"}};
+  if (!recordings.trials.empty()) {
+    heads.insert(heads.end(), kTrialTables.begin(), kTrialTables.end());
+  }
+  if (scene.model.energy_driven()) {
+    heads.insert(heads.end(), {{"intervals.csv", "rate_hz,interval_ms"},
+                               {"rate_by_drive.csv", "drive_hz,rate_hz"}});
+  }
+  return heads;
+}
+
 Expected<std::string, SetupError> scorecard(const Scene& scene, const Recordings& recordings,
                                             const std::string& data, std::size_t trials,
-                                            std::size_t threads, const ReportFolder& folder) {
-  return Scorecard(folder, trials, threads, scene.model, recordings, data).make(scene);
+                                            std::size_t threads, const ReportFolder& folder,
+                                            ReportTables& tables) {
+  return Scorecard(folder, tables, trials, threads, scene.model, recordings, data).make(scene);
 }
 
 }  // namespace merkel

@@ -10,12 +10,13 @@
 
 namespace merkel {
 
-/// Scores a scene against recordings: writes the tables, returns the text.
+/// The tables that scorecard() fills.
+[[nodiscard]] TableHeads scorecard_tables(const Scene& scene, const Recordings& recordings);
+
+/// Scores a scene against recordings: fills the tables, returns the text.
 /// \param data  file of the recordings; empty: the built-in ones
-[[nodiscard]] Expected<std::string, SetupError> scorecard(const Scene& scene,
-                                                          const Recordings& recordings,
-                                                          const std::string& data,
-                                                          std::size_t trials, std::size_t threads,
-                                                          const ReportFolder& folder);
+[[nodiscard]] Expected<std::string, SetupError> scorecard(
+    const Scene& scene, const Recordings& recordings, const std::string& data, std::size_t trials,
+    std::size_t threads, const ReportFolder& folder, ReportTables& tables);
 
 }  // namespace merkel
