@@ -223,8 +223,7 @@ void CommandLine::completes(std::function<int(const CommandTree&, std::span<char
 }
 
 CommandTree CommandLine::tree() const {
-  CommandTree tree{
-      .name = app_->get_name(), .what = app_->get_description(), .options = {}, .commands = {}};
+  CommandTree tree{.name = app_->get_name(), .what = app_->get_description()};
   for (const CLI::Option* const option : app_->get_options()) {
     const bool argument = option->get_positional();
     if (!argument && option->get_lnames().empty()) continue;

@@ -23,10 +23,10 @@ struct CommandTree {
     std::string help;
     Value value = Value::kNone;
   };
-  std::string name;
+  std::string name;  ///< "--depth-mm", or "scene" for a positional argument
   std::string what;
-  std::vector<Option> options;
-  std::vector<CommandTree> commands;
+  std::vector<Option> options = {};
+  std::vector<CommandTree> commands = {};
 };
 
 /// The options of the program or of one of its subcommands. An option is bound to the variable that

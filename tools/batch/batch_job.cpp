@@ -199,7 +199,7 @@ bool are_sessions(const std::vector<std::string>& paths) {
 }
 
 Expected<TextTable, SetupError> session_jobs(const std::vector<std::string>& paths) {
-  TextTable jobs{.columns = {"scene", "probe", "duration_s", "name"}, .rows = {}};
+  TextTable jobs{.columns = {"scene", "probe", "duration_s", "name"}};
   for (const std::string& path : paths) {
     const bool folder = is_folder(path);
     const auto sessions = folder ? sessions_in(path) : std::vector<std::string>{path};

@@ -16,7 +16,7 @@ namespace merkel {
 /// One run of a batch: a line of the jobs' table.
 struct BatchJob {
   std::string id = {};     ///< a hash of everything that determines its result, files included
-  std::string scene;       ///< preset or file
+  std::string scene = {};  ///< preset or file
   std::string name = {};   ///< of its kept file; empty: the id
   std::string file = {};   ///< kept, in the folder; empty: none
   std::string probe = {};  ///< URI; empty: the scene's

@@ -11,7 +11,7 @@ namespace merkel {
 /// A CSV table of text with a header (RFC 4180: a cell with commas is in quotes).
 struct TextTable {
   std::vector<std::string> columns;
-  std::vector<std::vector<std::string>> rows;  ///< as long as the header
+  std::vector<std::vector<std::string>> rows = {};  ///< as long as the header
 };
 
 /// Parses a table; lines without text and lines that start with # are ignored. Accepts arbitrary

@@ -54,7 +54,7 @@ int chart(const ChartCommand& command) {
     std::erase_if(parts, [&](const ReportPart& part) { return part.name != command.only; });
     if (parts.empty()) return refuse("--only must be one of: " + names);
   }
-  return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
+  return make_report({.folder = command.folder, .overwrite = command.overwrite},
                      "# Speed against accuracy\n\nMade by `merkel chart` on one core with " +
                          simd_target() + ".\n\n",
                      parts, "charts");

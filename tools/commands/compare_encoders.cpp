@@ -125,7 +125,7 @@ int compare_encoders(const CompareEncodersCommand& command) {
                           return table_of(*touches) + "\n![Charge over time](encoders.png)\n";
                         }};
   return make_report(
-      {.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
+      {.folder = command.folder, .overwrite = command.overwrite},
       "# Encoders side by side\n\nThe touch of " + command.touch + " on " + command.scene + ".\n\n",
       {&part, 1}, "encoders");
 }

@@ -116,8 +116,8 @@ Expected<std::string, SetupError> recognised(const std::string& address,
 
 struct Measurement {
   ProbeInfo info;
-  std::optional<SampleTiming> timing;
-  std::optional<DeviceCounts> counts;
+  std::optional<SampleTiming> timing = {};
+  std::optional<DeviceCounts> counts = {};
   ProbeSample last = {};
   std::vector<FoundChannel> channels = {};
   std::optional<RestDrift> drift = {};           ///< measured on request
@@ -232,7 +232,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri, const ConnectO
     return bad_input("\"" + uri +
                      "\" is a recording or simulation: there is nothing to connect to");
   }
-  Measurement measured{.info = (*probe)->info(), .timing = {}, .counts = {}};
+  Measurement measured{.info = (*probe)->info()};
   Readings readings = (*probe)->readings();
   std::vector<std::vector<double>> values;  // by channel
   const std::vector<double> none(measured.info.extra_columns.size());

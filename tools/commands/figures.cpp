@@ -41,7 +41,7 @@ int figures(const FiguresCommand& command) {
          "width_mm,depth_mm,force_N,elements_force_N,middle_kPa,elements_middle_kPa,edge_kPa,"
          "elements_edge_kPa"}},
        make_curved_bars}};
-  return make_report({.folder = command.folder, .overwrite = command.overwrite, .progress = {}},
+  return make_report({.folder = command.folder, .overwrite = command.overwrite},
                      "# The paper's figures, from this model\n\nMade by `merkel figures`.\n\n",
                      parts, "figures");
 }

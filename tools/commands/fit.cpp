@@ -115,8 +115,7 @@ int fit_command(const FitCommand& command) {
   }
   const ReportFolder folder{.folder = command.report.empty() ? "fit" : command.report,
                             .file = "fit.md",
-                            .overwrite = command.overwrite,
-                            .progress = {}};
+                            .overwrite = command.overwrite};
   if (compares) {
     // Before a fit of minutes: --out may be in the folder, and no table may be in the way.
     std::error_code ignored;

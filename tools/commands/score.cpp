@@ -43,10 +43,7 @@ int score(const ScoreCommand& command) {
            return text ? "\n## Whole experiments, not fitted\n\n" + *text : text;
          }});
   }
-  return make_report({.folder = command.folder,
-                      .file = "score.md",
-                      .overwrite = command.overwrite,
-                      .progress = {}},
+  return make_report({.folder = command.folder, .file = "score.md", .overwrite = command.overwrite},
                      "# Score of " + command.scene + " against " +
                          (command.data.empty() ? "published recordings" : command.data) + "\n\n",
                      parts, "score");

@@ -53,11 +53,11 @@ std::vector<std::string> headings_of(const std::vector<std::string>& lines, cons
 
 /// A column as far as the lines describe it.
 struct ColumnInLines {
-  std::string name;       ///< as in the option columns; empty: the unit is not stated
-  std::string quantity;   ///< if the unit is not stated; empty: not stated either
-  std::string key;        ///< what the rows call it; empty: nothing
-  double value = 0.0;     ///< the last one
-  bool decimals = false;  ///< one of its numbers has some
+  std::string name;           ///< as in the option columns; empty: the unit is not stated
+  std::string quantity = {};  ///< if the unit is not stated; empty: not stated either
+  std::string key = {};       ///< what the rows call it; empty: nothing
+  double value = 0.0;         ///< the last one
+  bool decimals = false;      ///< one of its numbers has some
 };
 
 std::vector<ColumnInLines> described(const TextColumns& text,
@@ -78,7 +78,7 @@ std::vector<ColumnInLines> described(const TextColumns& text,
     for (const CsvField& field : fields) {
       if (field.number) values.push_back(*field.number);
     }
-    ColumnInLines column{.name = "-", .quantity = {}, .key = {}};
+    ColumnInLines column{.name = "-"};
     if (!values.empty()) {
       column.value = values.back();
       column.decimals = std::any_of(fields.begin(), fields.end(),
@@ -184,7 +184,7 @@ Reading reading_of(const std::vector<ColumnInLines>& columns, std::vector<std::s
   name_the_only_press(columns, names);
   std::vector<std::string> entries;
   for (std::size_t i = 0; i < names.size(); ++i) entries.push_back(entry_of(columns[i], names[i]));
-  Reading reading{.columns = csv_list_of(entries), .style = style, .meaning = {}};
+  Reading reading{.columns = csv_list_of(entries), .style = style};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (columns[i].name.empty() && names[i] != "-") reading.assumed.push_back(names[i]);
   }

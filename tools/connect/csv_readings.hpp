@@ -8,7 +8,7 @@ namespace merkel {
 /// One interpretation of what a device sends.
 struct Reading {
   std::string protocol = "csv";
-  std::string columns;                    ///< of lines of numbers: "time_ms,force_N"
+  std::string columns = {};               ///< of lines of numbers: "time_ms,force_N"
   std::string style;                      ///< further options of the probe URI, each after '&'
   std::vector<std::string> assumed = {};  ///< columns whose units the lines do not state
   std::string meaning;                    ///< of one line or frame, human-readable: "force 0.3 N"

@@ -141,7 +141,6 @@ std::string meaning_of(const Protocol& protocol, const DeviceStream& stream) {
 Reading reading_by(const ProtocolEntry& entry, const Protocol& protocol,
                    const DeviceStream& stream) {
   return {.protocol = std::string(entry.name),
-          .columns = {},
           .style = entry.options.empty() ? "" : "&" + std::string(entry.options),
           .meaning = meaning_of(protocol, stream)};
 }
@@ -233,7 +232,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address, bool all
   std::string received;
   bool boots = false;
   std::optional<SetupError> unopened;
-  Recognition found{.address = address, .baud = 0, .received = {}, .readings = {}};
+  Recognition found{.address = address, .baud = 0};
   // Listen first: many devices send without a request.
   for (const int baud :
        serial ? std::span<const int>(kBauds) : std::span<const int>(kBauds).first(1)) {

@@ -10,10 +10,10 @@ namespace merkel {
 
 /// The device found at a port.
 struct Recognition {
-  std::string address;            ///< URI without options
-  int baud = 0;                   ///< 0: not a serial line
-  std::string received;           ///< quoted_answer()
-  std::vector<Reading> readings;  ///< likeliest first; a single one is certain
+  std::string address;                 ///< URI without options
+  int baud = 0;                        ///< 0: not a serial line
+  std::string received = {};           ///< quoted_answer()
+  std::vector<Reading> readings = {};  ///< likeliest first; a single one is certain
 
   /// The whole probe URI with one of the readings.
   [[nodiscard]] std::string uri(const Reading& reading) const {

@@ -55,10 +55,7 @@ std::optional<TextColumns> json_columns(const std::vector<std::string>& lines) {
 TextColumns line_columns(const std::vector<std::string>& lines, const CsvStyle& style) {
   TextColumns columns{.style = style,
                       .options = "&separator=" + std::string(name_of_separator(style.separator)) +
-                                 "&decimal=" + (style.decimal_comma ? "comma" : "point"),
-                      .keys = {},
-                      .fields = {},
-                      .rows = {}};
+                                 "&decimal=" + (style.decimal_comma ? "comma" : "point")};
   bool labelled = true;
   for (const std::string& line : lines) {
     const std::vector<CsvField> fields = csv_fields_of(line, style);

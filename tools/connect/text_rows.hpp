@@ -12,10 +12,10 @@ namespace merkel {
 /// The fields of a device's rows, column by column. Borrows the lines.
 struct TextColumns {
   CsvStyle style;
-  std::string options;            ///< of the probe URI that reads them so: "&separator=comma&…"
-  std::vector<std::string> keys;  ///< what the rows call each column; empty: nothing
-  std::vector<std::vector<CsvField>> fields;
-  std::vector<TextRow> rows;  ///< to which the fields of JSON refer
+  std::string options;  ///< of the probe URI that reads them so: "&separator=comma&…"
+  std::vector<std::string> keys = {};  ///< what the rows call each column; empty: nothing
+  std::vector<std::vector<CsvField>> fields = {};
+  std::vector<TextRow> rows = {};  ///< to which the fields of JSON refer
 };
 
 /// Joins the lines of frames, between which other lines stand: at an equal number of lines of

@@ -46,7 +46,7 @@ Expected<HungPage, SetupError> HungPage::open(const TactileModel& model) {
   if (port == 0) {
     return Unexpected<SetupError>(no_page(std::string("no port is free: ") + std::strerror(errno)));
   }
-  SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons()), .run = {}};
+  SinkSetup setup{.neurons = static_cast<std::uint32_t>(model.neurons())};
   setup.run.scene = "doctor";
   setup.run.model = model.parameters();
   const std::string name = std::to_string(port);

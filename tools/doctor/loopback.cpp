@@ -35,9 +35,8 @@ Expected<std::unique_ptr<Loopback>, SetupError> Loopback::open(std::uint32_t neu
     subscriber->socket.set(zmq::sockopt::reconnect_ivl, 5);
     subscriber->socket.set(zmq::sockopt::subscribe, "");
     subscriber->socket.connect(endpoint);
-    auto sink =
-        open_sink("zmq:" + endpoint + "?subscribers=1&wait_s=5",
-                  {.neurons = neurons, .overwrite = false, .allow_remote = false, .run = {}});
+    auto sink = open_sink("zmq:" + endpoint + "?subscribers=1&wait_s=5",
+                          {.neurons = neurons, .overwrite = false, .allow_remote = false});
     if (!sink) return Unexpected<SetupError>(sink.error());
     return std::unique_ptr<Loopback>(
         new Loopback(std::move(subscriber), std::move(*sink), std::move(receive)));

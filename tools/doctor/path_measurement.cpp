@@ -165,8 +165,7 @@ Expected<PathMeasurement, SetupError> measure_path(
   poller.join();
   if (*loopback) (*loopback)->settle(report->spikes);
   match();
-  PathMeasurement measured{
-      .report = std::move(*report), .consumers = {}, .steal = stolen() - stolen_before};
+  PathMeasurement measured{.report = std::move(*report), .steal = stolen() - stolen_before};
   for (const Arrivals* const at : all) {
     measured.consumers.push_back(at->latency(measured.report.spikes));
   }

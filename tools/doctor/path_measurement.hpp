@@ -26,7 +26,7 @@ struct ConsumerLatency {
 struct PathMeasurement {
   RunReport report;
   /// A consumer that polls its queue at the publishing rate, and a subscriber of the zmq: sink.
-  std::vector<ConsumerLatency> consumers;
+  std::vector<ConsumerLatency> consumers = {};
   std::chrono::nanoseconds steal{0};  ///< time that the hypervisor kept cores from this host
 
   /// Ticks that were not done when the next one was due, plus skipped ticks.

@@ -283,7 +283,7 @@ std::optional<RecordedAlignment> parse_alignment(std::string_view text) {
       json["session_ns"].size() != json["to_ns"].size()) {
     return std::nullopt;
   }
-  RecordedAlignment alignment{.to = json["to"].get<std::string>(), .points = {}, .json = {}};
+  RecordedAlignment alignment{.to = json["to"].get<std::string>()};
   for (std::size_t i = 0; i < json["to_ns"].size(); ++i) {
     alignment.points.push_back({.from = nanoseconds{json["session_ns"][i].get<std::int64_t>()},
                                 .to = nanoseconds{json["to_ns"][i].get<std::int64_t>()}});

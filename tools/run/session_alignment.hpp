@@ -75,9 +75,9 @@ struct PulseChoice {
 inline constexpr std::string_view kAlignmentFact = "alignment";
 
 struct RecordedAlignment {
-  std::string to;                    ///< the other recorder's file, as the user gave it
-  std::vector<ClockReading> points;  ///< of a ClockMap to the other clock
-  Json json;                         ///< the whole value of the fact
+  std::string to;                         ///< the other recorder's file, as the user gave it
+  std::vector<ClockReading> points = {};  ///< of a ClockMap to the other clock
+  Json json = {};                         ///< the whole value of the fact
 };
 
 /// The value of such a fact. \param to  the other recorder's file

@@ -378,7 +378,7 @@ Expected<Scene, SetupError> parse_scene(const std::string& text, const std::stri
     return bad_input(name + ":" + std::to_string(root.error().line) +
                      ": this is not valid TOML: " + root.error().reason);
   }
-  Findings findings{.file = name, .error = {}, .line_of = {}};
+  Findings findings{.file = name};
   Scene scene = scene_of(*root, findings);
   read_shapes(name, shapes, findings, scene);
   for (Scene::ProbeSettings& probe : scene.probes) {

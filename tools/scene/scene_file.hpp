@@ -36,11 +36,11 @@ struct Scene {
     std::string force, depth, x, y;
     std::string calibration;     ///< file; empty: none
     std::string taxel_channels;  ///< how the names of an array's channels begin
-    std::optional<std::chrono::nanoseconds> delay;
-    ProbeInput::Parameters input;
+    std::optional<std::chrono::nanoseconds> delay = {};
+    ProbeInput::Parameters input = {};
     PressLimits limits;
     /// The reading that drives the contact; default: by the probe's channels.
-    std::optional<Indenter::Control> control;
+    std::optional<Indenter::Control> control = {};
 
     [[nodiscard]] static FieldTable fields();
   };

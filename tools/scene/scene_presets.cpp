@@ -17,7 +17,7 @@ namespace {
 /// The fingertip of Yao & Wang 2019 under a sphere of 2 mm radius: all defaults.
 Scene paper() {
   Scene scene;
-  scene.probes.push_back({.uri = "sim:ramp", .delay = {}, .input = {}, .control = {}});
+  scene.probes.push_back({.uri = "sim:ramp"});
   return scene;
 }
 
@@ -87,10 +87,9 @@ Scene hand() {
                              .patch = patch,
                              .receptors = {.seed = seed, .count = 28LL * patch.subregions()}});
     model.indenters.push_back({.patch = model.indenters.size()});
-    scene.probes.push_back({.uri = "sim:ramp",
-                            .delay = {},
-                            .input = {.x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm},
-                            .control = {}});
+    scene.probes.push_back(
+        {.uri = "sim:ramp",
+         .input = {.x_mm = 0.5 * patch.length_mm, .y_mm = 0.5 * patch.width_mm}});
   };
   for (const char* const finger : {"thumb", "index", "middle", "ring", "little"}) {
     add(finger, {.length_mm = 30.0, .width_mm = 20.0, .columns = 25, .rows = 18});

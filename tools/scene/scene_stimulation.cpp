@@ -92,7 +92,7 @@ void read_profile(SceneTable& table, Findings& findings, Scene& scene) {
                                 ": " + parsed.error().reason);
     return;
   }
-  Findings own{.file = file, .error = {}, .line_of = {}};
+  Findings own{.file = file};
   SceneTable(*parsed, "", own).read(bind_fields(scene.encoding.stimulator)).finish();
   if (findings.error.empty()) findings.error = own.error;
   if (scene.encoding.stimulator.name.empty()) scene.encoding.stimulator.name = profile;

@@ -18,8 +18,8 @@ class SceneTable {
   /// Shared by all tables of a file.
   struct Findings {
     std::string file;
-    std::string error;
-    std::map<std::string, std::uint32_t> line_of;
+    std::string error = {};
+    std::map<std::string, std::uint32_t> line_of = {};
     void fail(const toml::source_region& where, const std::string& what);
   };
 

@@ -192,8 +192,7 @@ PYBIND11_MODULE(_merkel, module) {
       [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
          std::optional<double> duration_s, const std::string& kept, const std::string& name,
          const SceneOverrides& overrides, const std::string& more) {
-        return batch_id({.scene = {},
-                         .name = name,
+        return batch_id({.name = name,
                          .probe = probe,
                          .seed = seed,
                          .duration_s = duration_s,
@@ -218,7 +217,7 @@ PYBIND11_MODULE(_merkel, module) {
   module.def(
       "_kept_file",
       [](const std::string& id, const std::string& name, const std::string& extension) {
-        return or_throw(kept_file({.id = id, .scene = {}, .name = name}, extension));
+        return or_throw(kept_file({.id = id, .name = name}, extension));
       },
       "kept_file() of tools/batch/batch_identity.hpp.");
   module.def(

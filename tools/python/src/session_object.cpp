@@ -107,8 +107,8 @@ SessionObject SessionObject::load(const std::string& path) {
     for (std::size_t i = 0; i < tips.size(); ++i) {
       const std::size_t count = tips[i].taxels() != nullptr ? tips[i].taxels()->size() : 0;
       if (count == 0) continue;
-      session.taxels[static_cast<std::uint32_t>(i)] = {
-          .count = count, .now = std::vector<float>(count), .rows = {}};
+      session.taxels[static_cast<std::uint32_t>(i)] = {.count = count,
+                                                       .now = std::vector<float>(count)};
     }
   }
   const auto zero = session.origin.start;

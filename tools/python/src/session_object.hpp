@@ -32,7 +32,7 @@ struct SessionObject {
   struct Taxels {
     std::size_t count = 0;
     std::vector<float> now;
-    std::vector<float> rows;
+    std::vector<float> rows = {};
   };
   std::map<std::uint32_t, Taxels> taxels;
   std::vector<EventRow> events;

@@ -115,7 +115,7 @@ constexpr double kChartedSteps_us[] = {200.0, 100.0, 50.0, 25.0, 12.5, 6.25};
 /// The cost and error of a method: a row of the report and a row of the table of `merkel plan`.
 struct MethodRows {
   std::string report;
-  std::string known;
+  std::string known = {};
 };
 
 /// Also writes a line per step to `table`.
@@ -125,8 +125,7 @@ MethodRows measure_method(IntegrationMethod method, Precision precision,
   const double step_s = step_costs.of(method, precision, 25.0);
   const double long_step_s =
       method == IntegrationMethod::kCrankNicolson ? step_costs.of(method, precision, 50.0) : step_s;
-  MethodRows rows{.report = fmt::format("| {} | {} |", name_of(method), name_of(precision)),
-                  .known = {}};
+  MethodRows rows{.report = fmt::format("| {} | {} |", name_of(method), name_of(precision))};
   for (const double step_us : kChartedSteps_us) {
     const auto driven = drive_neurons(currents(), kDuration_ms, method, precision, step_us);
     const SpikeTrainError error = spike_train_error(driven.spikes, reference);

@@ -17,7 +17,7 @@ namespace merkel {
 struct ExperimentFigure {
   std::string name;
   double model = 0.0;
-  std::string recorded;  ///< as the source states it
+  std::string recorded = {};  ///< as the source states it
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
 
@@ -29,9 +29,9 @@ struct ExperimentCurve {
   std::string series;
   std::string x_name;
   std::string y_name;
-  std::vector<double> x;
-  std::vector<double> model;
-  std::vector<double> recorded;  ///< empty: no figure for any x
+  std::vector<double> x = {};
+  std::vector<double> model = {};
+  std::vector<double> recorded = {};  ///< empty: no figure for any x
 };
 
 struct ExperimentResult {

@@ -114,9 +114,7 @@ ExperimentOutcome vibrating_gratings(const TactileModel::Parameters& scene, std:
     ExperimentCurve curve{.series = names[condition],
                           .x_name = "spatial period, mm",
                           .y_name = "spatial modulation of the rate",
-                          .x = periods_mm,
-                          .model = {},
-                          .recorded = {}};
+                          .x = periods_mm};
     for (std::size_t k = 0; k < n; ++k) {
       const PressedRow& row = rows[condition * n + k];
       curve.model.push_back(row.modulation());
@@ -157,9 +155,7 @@ ExperimentOutcome gaps_in_a_plate(const TactileModel::Parameters& scene, std::si
   ExperimentCurve dip{.series = "middle of the gap",
                       .x_name = "gap, mm",
                       .y_name = "fall of the rate, part of that under a plate",
-                      .x = gaps_mm,
-                      .model = {},
-                      .recorded = {}};
+                      .x = gaps_mm};
   std::vector<std::pair<double, double>> falls;
   for (std::size_t k = 0; k < gaps_mm.size(); ++k) {
     dip.model.push_back(1.0 - rows[1 + k].rates_hz[0] / whole);

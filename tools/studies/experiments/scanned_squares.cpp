@@ -112,10 +112,7 @@ ExperimentOutcome scanned_squares(const TactileModel::Parameters& scene, std::si
   const double falling = edge(square, 0.5 * kLargeSquare_mm, 1.0);
   ExperimentCurve profile{.series = "square of 7 mm",
                           .x_name = "middle of the square, mm past the afferent",
-                          .y_name = "rate, Hz",
-                          .x = {},
-                          .model = {},
-                          .recorded = {}};
+                          .y_name = "rate, Hz"};
   for (double x = -6.25; x <= 6.25; x += 0.5) {
     profile.x.push_back(x);
     profile.model.push_back(square.rate(x - 0.25, x + 0.25));
@@ -123,10 +120,7 @@ ExperimentOutcome scanned_squares(const TactileModel::Parameters& scene, std::si
 
   ExperimentCurve sine{.series = "rising edge",
                        .x_name = "sine of the angle between edge and scan",
-                       .y_name = "rate at the edge, Hz",
-                       .x = {},
-                       .model = {},
-                       .recorded = {}};
+                       .y_name = "rate at the edge, Hz"};
   double product = 0.0;
   double squares = 0.0;
   for (std::size_t i = 0; i < angles_deg.size(); ++i) {
@@ -147,9 +141,7 @@ ExperimentOutcome scanned_squares(const TactileModel::Parameters& scene, std::si
   ExperimentCurve surround{.series = "square of 1 mm",
                            .x_name = "radius of the surround, mm",
                            .y_name = "rate, part of that without a surround",
-                           .x = radii_mm,
-                           .model = {},
-                           .recorded = {}};
+                           .x = radii_mm};
   for (std::size_t i = 0; i < radii_mm.size(); ++i) {
     surround.model.push_back(small(passes[2 + angles_deg.size() + i]) / isolated);
   }

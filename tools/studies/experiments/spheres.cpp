@@ -53,9 +53,7 @@ ExperimentOutcome spheres_on_human_fingers(const TactileModel::Parameters& scene
     ExperimentCurve curve{.series = fmt::format("{:g} gwt", forces_gwt[f]),
                           .x_name = "curvature, 1/m",
                           .y_name = "rate, Hz",
-                          .x = curvatures_per_m,
-                          .model = {},
-                          .recorded = {}};
+                          .x = curvatures_per_m};
     for (std::size_t c = 0; c < n; ++c) {
       curve.model.push_back(rates[f * n + c]);
       if (c > 0) compare(rates[f * n + c - 1], rates[f * n + c]);

@@ -56,7 +56,7 @@ Expected<std::vector<ProbeRecording::Recorded>, SetupError> ProbeRecording::samp
       auto sample = readings.sample(i);
       if (!sample) continue;
       contact.decide(*sample);
-      Recorded& recorded = all.emplace_back(Recorded{.sample = *sample, .taxels = {}});
+      Recorded& recorded = all.emplace_back(Recorded{.sample = *sample});
       for (const double kPa : readings.taxels(i)) {
         recorded.taxels.push_back(static_cast<float>(kPa));
       }

@@ -16,8 +16,8 @@ namespace merkel {
 /// The contacts of a scene's probes, tick by tick.
 struct Rehearsal {
   struct Tick {
-    std::vector<ContactInput> contacts;      ///< one per indenter
-    std::vector<std::vector<float>> taxels;  ///< of each, kPa; empty: no tactile array
+    std::vector<ContactInput> contacts;           ///< one per indenter
+    std::vector<std::vector<float>> taxels = {};  ///< of each, kPa; empty: no tactile array
   };
   std::vector<Tick> ticks;
   std::chrono::nanoseconds tick{0};
@@ -43,7 +43,7 @@ class ProbeRecording {
  private:
   struct Recorded {
     ProbeSample sample;
-    std::vector<float> taxels;
+    std::vector<float> taxels = {};
   };
   static Expected<std::vector<Recorded>, SetupError> samples_of(
       Probe& probe, const ContactDecision::Parameters& parameters, std::chrono::nanoseconds most);

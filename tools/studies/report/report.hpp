@@ -17,8 +17,8 @@ struct ReportFolder {
   std::string folder;
   std::string file = "report.md";  ///< for the text
   bool overwrite = false;
-  std::function<void(double)>
-      progress;  ///< called with the completed fraction of a part; may be empty
+  std::function<void(double)> progress =
+      {};  ///< called with the completed fraction of a part; may be empty
 
   void report(double fraction) const {
     if (progress) progress(fraction);

@@ -25,10 +25,7 @@ Expected<std::vector<FitTrace>, ParameterError> fit_traces(const TactileModel::P
     const double weight =
         1.0 / static_cast<double>(set.points.size()) / static_cast<double>(sets.size());
     for (const DataSet::Point& point : set.points) {
-      traces.push_back({.point = &point,
-                        .decline = set.y_name == "decline",
-                        .weight = weight,
-                        .energy_kPa = {}});
+      traces.push_back({.point = &point, .decline = set.y_name == "decline", .weight = weight});
     }
   }
   std::vector<std::optional<Trials>> models(std::max<std::size_t>(1, threads));

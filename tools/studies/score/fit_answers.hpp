@@ -21,7 +21,7 @@ struct FitTrace {
   const DataSet::Point* point = nullptr;
   bool decline = false;
   double weight = 0.0;  ///< of its squared error in the cost
-  std::vector<double> energy_kPa;
+  std::vector<double> energy_kPa = {};
   std::chrono::nanoseconds tick{0};
   std::chrono::nanoseconds step{0};
 };

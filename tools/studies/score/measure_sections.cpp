@@ -54,7 +54,7 @@ void read_field_area(JsonFields fields, Recordings& recordings) {
   const auto area =
       series(fields.need("SA1_mm2"), fields.full("SA1_mm2"), depth_um.size(), "depth_um");
   const double background_mm = fields.number("background_depth_mm", 0.0, true);
-  Recordings::FieldAreas areas{.array = read_array(fields, background_mm), .points = {}};
+  Recordings::FieldAreas areas{.array = read_array(fields, background_mm)};
   if (background_mm == 0.0) areas.array.pins = 1;
   for (std::size_t i = 0; i < area.size(); ++i) {
     areas.points.push_back({.depth_mm = units::mm_from_um(depth_um[i]), .area_mm2 = area[i]});
@@ -81,7 +81,7 @@ void read_surround(JsonFields fields, Recordings& recordings) {
   const std::vector<double> backgrounds = fields.numbers("background_depth_mm");
   const PinArray array = read_array(fields, 0.0);
   for (const double background_mm : backgrounds) {
-    Recordings::Surround surround{.array = array, .depth_mm = depth_mm, .points = {}};
+    Recordings::Surround surround{.array = array, .depth_mm = depth_mm};
     surround.array.background_mm = background_mm;
     for (std::size_t i = 0; i < ratio.size(); ++i) {
       if (raised[i] != std::floor(raised[i]) || raised[i] < 2.0 ||

@@ -98,8 +98,7 @@ void read_curvature_force(JsonFields fields, const std::string& cite, Recordings
        .section = "curvature_force",
        .x_name = "curvature_per_m",
        .y_name = "rate_hz",
-       .cite = cite,
-       .points = {}},
+       .cite = cite},
       curvature,
       [](Stimulus& stimulus, double per_m) {
         stimulus.indenter.tip = SphereTip{radius_of_curvature_mm(per_m)};
@@ -126,8 +125,7 @@ void read_lateral_offset(JsonFields fields, const std::string& cite, Recordings&
        .section = "lateral_offset",
        .x_name = "offset_mm",
        .y_name = "rate_hz",
-       .cite = cite,
-       .points = {}},
+       .cite = cite},
       offset, [](Stimulus& stimulus, double mm) { stimulus.offset_mm = mm; }, recordings);
 }
 
@@ -192,8 +190,7 @@ void read_bar_profile(JsonFields fields, const std::string& cite, Recordings& re
        .section = "bar_profile",
        .x_name = "position_mm",
        .y_name = "rate_hz",
-       .cite = cite,
-       .points = {}},
+       .cite = cite},
       position, [&](Stimulus& stimulus, double mm) { stimulus.offset_mm = middle_mm - mm; },
       recordings);
 }
@@ -221,8 +218,7 @@ void read_vibration(JsonFields fields, const std::string& cite, Recordings& reco
                 .section = "vibration",
                 .x_name = "amplitude_um",
                 .y_name = "rate_hz",
-                .cite = cite,
-                .points = {}};
+                .cite = cite};
     add_points(set, stimulus, amplitude, rates,
                [](Stimulus& each, double um) { each.amplitude_mm = units::mm_from_um(um); });
     recordings.sets.push_back(std::move(set));
@@ -265,8 +261,7 @@ void read_hold_adaptation(JsonFields fields, const std::string& cite, Recordings
                 .section = "hold_adaptation",
                 .x_name = "depth_mm",
                 .y_name = "decline",
-                .cite = cite,
-                .points = {}};
+                .cite = cite};
     for (const auto& [depth, decline] : values.items()) {
       Stimulus stimulus = base;
       set_level(stimulus, depth, field + "." + depth);

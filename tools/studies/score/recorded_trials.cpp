@@ -197,7 +197,6 @@ Expected<void, SetupError> load_trials(Recordings& recordings, const std::string
                   .x_name = "phase_begin_s",
                   .y_name = "rate_hz",
                   .cite = set.cite,
-                  .points = {},
                   .fit = set.fit};
     for (const PressTrace::Phase& phase : set.trace->phases()) {
       Stimulus stimulus = set.stimulus;

@@ -65,13 +65,13 @@ struct DataSet {
   std::string x_name;   ///< the variable, with its unit
   std::string y_name;   ///< "rate_hz" or "decline"
   std::string cite;
-  std::vector<Point> points;
+  std::vector<Point> points = {};
   bool fit = true;  ///< false: an independent check, ignored by `merkel fit`
 };
 
 /// Recorded presses of one afferent with their spikes.
 struct RecordedTrials {
-  std::string name;  ///< "trials: FILE"
+  std::string name;  ///< for example "curvature × force, 0.098 N"
   std::string cite;
   std::string trace_file;
   std::string spikes_file;  ///< empty if the data file holds the spikes
@@ -95,7 +95,7 @@ struct Recordings {
       double depth_mm = 0.0;  ///< below the array
       double area_mm2 = 0.0;
     };
-    std::vector<Point> points;
+    std::vector<Point> points = {};
   };
   std::vector<FieldAreas> field_areas;
   /// Impulses when several pins of an array are pressed deeper, relative to the middle one alone.
@@ -106,7 +106,7 @@ struct Recordings {
       std::size_t pins = 0;
       double rate_ratio = 0.0;
     };
-    std::vector<Point> points;
+    std::vector<Point> points = {};
   };
   std::vector<Surround> surrounds;
   std::optional<double> most_trial_sd;  ///< impulses
