@@ -99,6 +99,23 @@ Expected<std::unique_ptr<Probe>, SetupError> recorded(
   return RecordedOutputs::split(std::move(*probe), device.parts, std::move(files));
 }
 
+struct DeviceScheme {
+  std::string_view name;
+  OpenDevice* open;              ///< null if the library is missing
+  std::string_view remedy = {};  ///< how to get the library
+};
+constexpr DeviceScheme kDeviceSchemes[] = {
+    {"serial", open_serial_device},
+    {"udp", open_network_device},
+    {"tcp", open_network_device},
+    {"hid", open_hid_device},
+    {"usb", open_usb_device},
+    {"comedi", MERKEL_WITH_COMEDI ? open_comedi_device : nullptr,
+     "comedilib: install libcomedi-dev"},
+    {"redis", MERKEL_WITH_HIREDIS ? open_redis_device : nullptr, "hiredis: install libhiredis-dev"},
+    {"lsl", MERKEL_WITH_LSL ? open_lsl_device : nullptr, kLslLibrary},
+};
+
 Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   const std::string& text = device.uri;
   if (text.starts_with("fused:")) return FusedProbe::open(text, device.allow_remote);
@@ -118,35 +135,11 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
   if (uri->scheme == "sim") {
     return recorded(*uri, device, uri->path == "pad" ? PadProbe::open : SimProbe::open);
   }
-  if (uri->scheme == "serial") return open_serial_device(*uri, device);
-  if (uri->scheme == "udp" || uri->scheme == "tcp") return open_network_device(*uri, device);
-  if (uri->scheme == "hid") return open_hid_device(*uri, device);
-  if (uri->scheme == "usb") return open_usb_device(*uri, device);
-  if (uri->scheme == "comedi") {
-#ifdef MERKEL_WITH_COMEDI
-    return open_comedi_device(*uri, device);
-#else
-    return bad_input("\"" + uri->text +
-                     "\": this merkel was built without comedilib: install libcomedi-dev, then "
-                     "configure and build merkel again");
-#endif
-  }
-  if (uri->scheme == "redis") {
-#ifdef MERKEL_WITH_HIREDIS
-    return open_redis_device(*uri, device);
-#else
-    return bad_input("\"" + uri->text +
-                     "\": this merkel was built without hiredis: install libhiredis-dev, then "
-                     "configure and build merkel again");
-#endif
-  }
-  if (uri->scheme == "lsl") {
-#ifdef MERKEL_WITH_LSL
-    return open_lsl_device(*uri, device);
-#else
+  for (const DeviceScheme& scheme : kDeviceSchemes) {
+    if (uri->scheme != scheme.name) continue;
+    if (scheme.open != nullptr) return scheme.open(*uri, device);
     return bad_input("\"" + uri->text + "\": this merkel was built without " +
-                     std::string(kLslLibrary) + ", then configure and build merkel again");
-#endif
+                     std::string(scheme.remedy) + ", then configure and build merkel again");
   }
   return bad_input(
       "\"" + uri->text + "\": there is no probe scheme \"" + uri->scheme +

@@ -37,62 +37,23 @@ constexpr Scheme kSchemes[] = {
     {"trace", "trace:FILE.csv", "time", open_trace_sink, "", true},
     {"phy", "phy:DIR", "sample_rate (1000000), time", open_phy_sink, "", true, true},
     {"sonata", "sonata:FILE.h5", "population (merkel), time",
-#ifdef MERKEL_WITH_HDF5
-     open_sonata_sink, "", true, true},
-#else
-     nullptr, "HDF5: install libhdf5-dev", true},
-#endif
-    {"nwb", "nwb:FILE.nwb", "time",
-#ifdef MERKEL_WITH_HDF5
-     open_nwb_sink, "", true, true},
-#else
-     nullptr, "HDF5: install libhdf5-dev", true},
-#endif
+     MERKEL_WITH_HDF5 ? open_sonata_sink : nullptr, "HDF5: install libhdf5-dev", true, true},
+    {"nwb", "nwb:FILE.nwb", "time", MERKEL_WITH_HDF5 ? open_nwb_sink : nullptr,
+     "HDF5: install libhdf5-dev", true, true},
     {"xdf", "xdf:FILE", "frames (0)", open_xdf_sink, "", true},
     {"zmq", "zmq:tcp://127.0.0.1:5557",
      "topic, stream, hwm (100000), when_full (drop), subscribers, wait_s",
-#ifdef MERKEL_WITH_ZMQ
-     open_zmq_sink,
-#else
-     nullptr,
-#endif
-     "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
+     MERKEL_WITH_ZMQ ? open_zmq_sink : nullptr, "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
     {"stim-csv", "stim-csv:FILE", "time", open_stim_csv_sink, "", true},
     {"stim-zmq", "stim-zmq:tcp://127.0.0.1:5558",
      "topic, stream, hwm (100000), when_full (drop), subscribers, wait_s",
-#ifdef MERKEL_WITH_ZMQ
-     open_stim_zmq_sink,
-#else
-     nullptr,
-#endif
-     "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
+     MERKEL_WITH_ZMQ ? open_stim_zmq_sink : nullptr, "ZeroMQ: install libzmq3-dev and cppzmq-dev"},
     {"redis", "redis:127.0.0.1:6379", "node (merkel), maxlen (100000)",
-#ifdef MERKEL_WITH_HIREDIS
-     open_redis_sink,
-#else
-     nullptr,
-#endif
-     "hiredis: install libhiredis-dev"},
-    {"osc", "osc:HOST:PORT", "path",
-#ifdef MERKEL_WITH_LIBLO
-     open_osc_sink,
-#else
-     nullptr,
-#endif
+     MERKEL_WITH_HIREDIS ? open_redis_sink : nullptr, "hiredis: install libhiredis-dev"},
+    {"osc", "osc:HOST:PORT", "path", MERKEL_WITH_LIBLO ? open_osc_sink : nullptr,
      "liblo: install liblo-dev"},
-    {"lsl", "lsl:NAME", "wait_s",
-#ifdef MERKEL_WITH_LSL
-     open_lsl_sink,
-#else
-     nullptr,
-#endif
-     kLslLibrary},
-    {"view", "view:8080", "rate_hz (25), control (0)",
-#ifdef MERKEL_WITH_BEAST
-     open_view_sink,
-#else
-     nullptr,
-#endif
+    {"lsl", "lsl:NAME", "wait_s", MERKEL_WITH_LSL ? open_lsl_sink : nullptr, kLslLibrary},
+    {"view", "view:8080", "rate_hz (25), control (0)", MERKEL_WITH_BEAST ? open_view_sink : nullptr,
      "Boost.Beast: install libboost-dev"},
 };
 

@@ -53,7 +53,7 @@ Expected<SpikeFile, SetupError> read_session_spikes(const std::string& path) {
   return file;
 }
 
-#ifndef MERKEL_WITH_HDF5
+#if !MERKEL_WITH_HDF5
 Expected<SpikeFile, SetupError> read_nwb_spikes(const std::string& path) {
   return bad_input(path +
                    ": this merkel was built without HDF5: install libhdf5-dev, then configure "
