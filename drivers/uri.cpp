@@ -6,6 +6,7 @@
 #include "core/parameters/nearest_name.hpp"
 #include "core/parameters/parameter_error.hpp"
 #include "drivers/parsed_number.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 Expected<Uri, SetupError> Uri::parse(std::string_view text) {
@@ -25,8 +26,7 @@ Expected<Uri, SetupError> Uri::parse(std::string_view text) {
 
   std::string_view options = rest.substr(question + 1);
   while (!options.empty()) {
-    const std::string_view option = options.substr(0, options.find('&'));
-    options.remove_prefix(std::min(option.size() + 1, options.size()));
+    const std::string_view option = take_part(options, '&');
     const auto equals = option.find('=');
     if (equals == std::string_view::npos || equals == 0) {
       return bad_input("\"" + uri.text + "\": the option \"" + std::string(option) +

@@ -13,6 +13,7 @@
 #include <sys/timex.h>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -39,9 +40,7 @@ std::optional<UtcError> error_of(const char* source, double error_s) {
 std::string_view ptp_value(std::string_view answer, std::string_view name) {
   constexpr std::string_view kBlanks = " \t";
   while (!answer.empty()) {
-    const std::size_t end = std::min(answer.find('\n'), answer.size());
-    std::string_view line = answer.substr(0, end);
-    answer.remove_prefix(std::min(end + 1, answer.size()));
+    std::string_view line = take_part(answer, '\n');
     line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
     if (!line.starts_with(name)) continue;
     line.remove_prefix(name.size());

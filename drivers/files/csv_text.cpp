@@ -9,6 +9,7 @@
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -37,8 +38,7 @@ void append_decimal(std::string& text, std::chrono::nanoseconds time, std::size_
 }  // namespace
 
 std::string_view take_field(std::string_view& rest) noexcept {
-  std::string_view field = rest.substr(0, rest.find(','));
-  rest.remove_prefix(field.size() < rest.size() ? field.size() + 1 : rest.size());
+  const std::string_view field = take_part(rest, ',');
   constexpr std::string_view kBlanks = " \t";
   const auto first = field.find_first_not_of(kBlanks);
   if (first == std::string_view::npos) return {};

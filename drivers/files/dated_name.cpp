@@ -1,13 +1,12 @@
 #include "drivers/files/dated_name.hpp"
 
 #include <algorithm>
-#include <array>
-#include <ctime>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/files/utc_text.hpp"
 
 namespace merkel {
 namespace {
@@ -26,12 +25,9 @@ bool is_stamp(std::string_view text) {
 std::string dated_name(const std::string& pattern, std::chrono::system_clock::time_point now) {
   const auto mark = pattern.find(kMark);
   if (mark == std::string::npos) return pattern;
-  const std::time_t time = std::chrono::system_clock::to_time_t(now);
-  std::tm utc{};
-  ::gmtime_r(&time, &utc);
-  std::array<char, 32> stamp{};
-  std::strftime(stamp.data(), stamp.size(), "%Y%m%dT%H%M%S", &utc);
-  return pattern.substr(0, mark) + stamp.data() + pattern.substr(mark + kMark.size());
+  return pattern.substr(0, mark) +
+         utc_text(std::chrono::system_clock::to_time_t(now), "%Y%m%dT%H%M%S") +
+         pattern.substr(mark + kMark.size());
 }
 
 std::vector<std::string> unfinished_names(const std::string& pattern) {

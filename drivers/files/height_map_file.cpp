@@ -16,6 +16,7 @@
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/raw_bytes.hpp"
 #include "drivers/printable_text.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -136,9 +137,7 @@ Expected<HeightMap, SetupError> parse_csv_heights(std::string_view text, const s
                                                   double pixel_mm) {
   Heights heights;
   for (std::size_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view rest = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
+    std::string_view rest = take_part(text, '\n');
     if (rest.ends_with('\r')) rest.remove_suffix(1);
     if (rest.find_first_not_of(" \t") == std::string_view::npos) continue;
     std::size_t columns = 0;

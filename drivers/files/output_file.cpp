@@ -1,9 +1,7 @@
 #include "drivers/files/output_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <thread>
@@ -19,6 +17,7 @@
 #include "drivers/files/file_rename.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/files/owned_descriptor.hpp"
+#include "drivers/files/utc_text.hpp"
 
 namespace merkel {
 namespace {
@@ -111,15 +110,12 @@ void set_aside(const std::string& path) {
 
 std::string recovered_name(const std::string& path,
                            std::chrono::system_clock::time_point last_written, int number) {
-  const std::time_t time = std::chrono::system_clock::to_time_t(last_written);
-  std::tm utc{};
-  ::gmtime_r(&time, &utc);
-  std::array<char, 40> stamp{};
-  std::strftime(stamp.data(), stamp.size(), ".recovered-%Y%m%dT%H%M%S", &utc);
+  const std::string stamp =
+      utc_text(std::chrono::system_clock::to_time_t(last_written), ".recovered-%Y%m%dT%H%M%S");
   const auto name = path.rfind('/') == std::string::npos ? 0 : path.rfind('/') + 1;
   const auto dot = path.rfind('.');
   const auto end = dot == std::string::npos || dot <= name ? path.size() : dot;
-  return path.substr(0, end) + stamp.data() + (number > 1 ? "-" + std::to_string(number) : "") +
+  return path.substr(0, end) + stamp + (number > 1 ? "-" + std::to_string(number) : "") +
          path.substr(end);
 }
 

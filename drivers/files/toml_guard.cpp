@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "drivers/files/csv_text.hpp"
+
 namespace merkel {
 namespace {
 
@@ -17,8 +19,7 @@ class Guard {
   explicit Guard(std::string_view text) : text_(text) { guarded_.reserve(text.size() + 64); }
 
   Expected<std::string, TomlError> run() {
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+    at_ = text_.size() - without_byte_order_mark(text_).size();
     while (!done() && reason_.empty()) {
       const char c = here();
       if (c == '#') {

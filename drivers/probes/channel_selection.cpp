@@ -10,6 +10,7 @@
 #include "drivers/parsed_number.hpp"
 #include "drivers/printable_text.hpp"
 #include "drivers/protocols/device_units.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -88,8 +89,7 @@ bool ChannelSelection::empty() const noexcept {
 Expected<ChannelSelection, std::string> ChannelSelection::parse(std::string_view fragment) {
   ChannelSelection channels;
   while (!fragment.empty()) {
-    const std::string_view part = fragment.substr(0, fragment.find(','));
-    fragment.remove_prefix(std::min(part.size() + 1, fragment.size()));
+    const std::string_view part = take_part(fragment, ',');
     const auto equals = part.find('=');
     if (part.empty() || equals + 1 == part.size()) {
       return Unexpected<std::string>(

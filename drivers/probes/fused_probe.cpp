@@ -6,6 +6,7 @@
 
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/sample_channels.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -36,8 +37,7 @@ std::vector<std::string_view> FusedProbe::members_of(std::string_view uri) {
   if (!uri.starts_with(kScheme)) return {uri};
   std::vector<std::string_view> members;
   for (std::string_view rest = uri.substr(kScheme.size()); !rest.empty();) {
-    members.push_back(rest.substr(0, rest.find('|')));
-    rest.remove_prefix(std::min(members.back().size() + 1, rest.size()));
+    members.push_back(take_part(rest, '|'));
   }
   return members;
 }

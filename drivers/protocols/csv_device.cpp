@@ -72,10 +72,6 @@ class CsvDevice final : public SimulatedDevice {
            (has(ProbeSample::kY) ? ",y_mm" : "");
   }
   [[nodiscard]] bool has(std::uint32_t channel) const { return (channels_ & channel) != 0U; }
-  static void append(std::string_view text, Bytes& out) {
-    out.insert(out.end(), text.begin(), text.end());
-  }
-
   std::uint32_t channels_;
   std::vector<std::string> further_;
   std::vector<std::string> taxels_;

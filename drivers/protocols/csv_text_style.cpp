@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -73,9 +74,7 @@ std::string_view take_csv_part(std::string_view& rest, char separator) noexcept 
     rest = trimmed(started.substr(part.size()));
     return part;
   }
-  const std::string_view part = rest.substr(0, rest.find(separator));
-  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
-  return trimmed(part);
+  return trimmed(take_part(rest, separator));
 }
 
 CsvField parse_csv_field(std::string_view text, bool decimal_comma) noexcept {

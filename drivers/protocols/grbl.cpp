@@ -8,6 +8,7 @@
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/request_timer.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -90,8 +91,7 @@ class Grbl final : public LineProtocol {
     std::optional<Vector> work;
     std::string_view rest = report;
     while (!rest.empty()) {
-      const std::string_view part = rest.substr(0, rest.find('|'));
-      rest.remove_prefix(std::min(part.size() + 1, rest.size()));
+      const std::string_view part = take_part(rest, '|');
       const auto value = part.substr(std::min(part.find(':') + 1, part.size()));
       const auto read = [&](std::string_view name, std::optional<Vector>& vector) {
         if (!part.starts_with(name)) return true;
@@ -179,10 +179,6 @@ class GrblDevice final : public SimulatedDevice {
  private:
   static constexpr Vector kOffset = {-100.0, -50.0, -8.0};
   static constexpr int kReportsPerOffset = 10;
-
-  static void append(std::string_view text, Bytes& out) {
-    out.insert(out.end(), text.begin(), text.end());
-  }
 
   void report(Bytes& out) {
     append(printed("<Run|MPos:%.3f,%.3f,%.3f|FS:500,8000", position_[0] + kOffset[0],

@@ -9,6 +9,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/sequence_counter.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -29,19 +30,13 @@ std::optional<std::int64_t> read_field(const HidField& field,
   return static_cast<std::int64_t>(raw) - (negative ? std::int64_t{1} << field.bits : 0);
 }
 
-std::string_view consume_until(std::string_view& rest, char mark) noexcept {
-  const std::string_view part = rest.substr(0, rest.find(mark));
-  rest.remove_prefix(std::min(part.size() + 1, rest.size()));
-  return part;
-}
-
 /// Parses a field, or returns an error.
 Expected<HidField, std::string> field_of(std::string_view text, const UnitFactors& factors) {
   std::string_view rest = text;
-  const std::string_view name = consume_until(rest, ':');
-  const auto offset = parse_number(consume_until(rest, ':'));
-  const auto bits = parse_number(consume_until(rest, ':'));
-  const std::string_view sign = consume_until(rest, ':');
+  const std::string_view name = take_part(rest, ':');
+  const auto offset = parse_number(take_part(rest, ':'));
+  const auto bits = parse_number(take_part(rest, ':'));
+  const std::string_view sign = take_part(rest, ':');
   const auto scale = parse_number(rest.empty() ? "1" : rest);
   const auto whole = [](const std::optional<double>& number, double low, double high) {
     return number && *number >= low && *number <= high && *number == std::floor(*number);
@@ -205,7 +200,7 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   std::size_t own_names = 0;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const auto field = field_of(consume_until(rest, ','), *factors);
+    const auto field = field_of(take_part(rest, ','), *factors);
     if (!field) return bad_input("fields: " + field.error());
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);

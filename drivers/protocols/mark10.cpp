@@ -170,10 +170,6 @@ class EsmStand final : public LineProtocol {
   std::string error_message_;
 };
 
-void append_text(std::string_view text, Bytes& out) {
-  out.insert(out.end(), text.begin(), text.end());
-}
-
 class Mark10Device final : public SimulatedDevice {
  public:
   void boot(nanoseconds /*now*/, Bytes& /*out*/) override {
@@ -190,16 +186,16 @@ class Mark10Device final : public SimulatedDevice {
         std::from_chars(digits.data(), digits.data() + digits.size(), rate);
         rate_Hz_ = rate == 1 ? kRateOfAout1 : rate;
       } else if (*line == "?" || *line == "?C") {
-        append_text(reading_, out);
+        append(reading_, out);
       } else if (*line != "FULL") {
-        append_text("*10\r\n", out);
+        append("*10\r\n", out);
       }
     }
   }
   void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,
                Bytes& out) override {
     reading_ = printed("%.4f N\r\n", units::N_from_mN(sample.force_mN));
-    if (rate_Hz_ > 0) append_text(reading_, out);
+    if (rate_Hz_ > 0) append(reading_, out);
   }
   [[nodiscard]] bool started() const noexcept override { return rate_Hz_ > 0; }
   [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
@@ -220,7 +216,7 @@ class EsmDevice final : public SimulatedDevice {
     for (const std::uint8_t byte : bytes) {
       if (byte != 'n' && byte != 'x') continue;
       requested_ = true;
-      append_text(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
+      append(travel_ + (force_ && byte == 'n' ? " " + load_ : "") + "\r\n", out);
     }
   }
   void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/records/probe_sample.hpp"
@@ -52,6 +53,11 @@ class SimulatedDevice {
   virtual void set_rate(double /*rate_Hz*/) {}
   /// URI options that the protocol needs to read it.
   [[nodiscard]] virtual std::string uri_options() const { return {}; }
+
+ protected:
+  static void append(std::string_view text, Bytes& out) {
+    out.insert(out.end(), text.begin(), text.end());
+  }
 };
 
 }  // namespace merkel

@@ -10,6 +10,7 @@
 #include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
 #include "drivers/protocols/request_timer.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -19,12 +20,6 @@ using std::chrono::nanoseconds;
 
 constexpr milliseconds kZaberPatience{200};
 constexpr double kSimulatedSteps_per_mm = 1024.0;
-
-std::string_view take_part(std::string_view& rest) noexcept {
-  const std::string_view word = rest.substr(0, rest.find(' '));
-  rest.remove_prefix(std::min(word.size() + 1, rest.size()));
-  return word;
-}
 
 /// Removes an optional checksum ":XX" from a message. False if it is wrong.
 bool take_checksum(std::string_view& message) noexcept {
@@ -87,17 +82,17 @@ class Zaber final : public LineProtocol {
   bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
     if (message.front() == '#') return true;  // information for users
     std::string_view rest = message.substr(1);
-    const auto address = parsed_number<int>(take_part(rest));
-    const auto axis = parsed_number<int>(take_part(rest));
+    const auto address = parsed_number<int>(take_part(rest, ' '));
+    const auto axis = parsed_number<int>(take_part(rest, ' '));
     if (!address || !axis) return false;
     if (*address != address_) return true;
     if (message.front() == '!') {
       stream.notice("alert of the stage: " + std::string(message));
       return true;
     }
-    const std::string_view verdict = take_part(rest);
-    const std::string_view status = take_part(rest);
-    const std::string_view warning = take_part(rest);
+    const std::string_view verdict = take_part(rest, ' ');
+    const std::string_view status = take_part(rest, ' ');
+    const std::string_view warning = take_part(rest, ' ');
     if ((verdict != "OK" && verdict != "RJ") || (status != "IDLE" && status != "BUSY")) {
       return false;
     }
@@ -146,11 +141,10 @@ class ZaberDevice final : public SimulatedDevice {
       const auto line = lines_.take(byte);
       if (!line || *line != "/1 1 get pos") continue;
       requested_ = true;
-      std::string reply = "@01 1 OK IDLE -- " + std::to_string(steps_);
+      const std::string reply = "@01 1 OK IDLE -- " + std::to_string(steps_);
       unsigned sum = 0;
       for (const char c : reply.substr(1)) sum += static_cast<unsigned char>(c);
-      reply += printed(":%02X\r\n", (0U - sum) % 256U);
-      out.insert(out.end(), reply.begin(), reply.end());
+      append(reply + printed(":%02X\r\n", (0U - sum) % 256U), out);
     }
   }
   void measure(const ProbeSample& sample, std::span<const double> /*others*/, nanoseconds /*now*/,

@@ -1,14 +1,14 @@
 #include "drivers/sinks/nwb_objects.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <random>
 #include <string_view>
 #include <utility>
 
+#include "core/printed.hpp"
+#include "drivers/files/utc_text.hpp"
 #include "drivers/printable_text.hpp"
 
 namespace merkel::nwb {
@@ -36,15 +36,8 @@ std::string new_uuid() {
 
 std::string iso_time(std::chrono::nanoseconds since_1970) {
   const auto whole = std::chrono::floor<std::chrono::seconds>(since_1970);
-  const std::time_t seconds = whole.count();
-  std::tm utc{};
-  ::gmtime_r(&seconds, &utc);
-  std::array<char, 32> date{};
-  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), "%s.%06d+00:00", date.data(),
-                static_cast<int>((since_1970 - whole).count() / 1000));
-  return text.data();
+  return utc_text(whole.count(), "%Y-%m-%dT%H:%M:%S") +
+         printed(".%06d+00:00", static_cast<int>((since_1970 - whole).count() / 1000));
 }
 
 void make_typed(Hdf5File& file, const std::string& path, const char* space, const char* type) {

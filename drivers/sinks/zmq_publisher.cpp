@@ -12,6 +12,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "drivers/files/owned_descriptor.hpp"
 #include "drivers/sinks/json_line.hpp"
 #include "drivers/transports/host_name.hpp"
 
@@ -47,12 +48,11 @@ Expected<void, SetupError> make_way(const std::string& uri, const std::string& p
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof address.sun_path) return {};  // too long: ZeroMQ reports it
   path.copy(address.sun_path, path.size());
-  const int probe = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const OwnedDescriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const bool dead =
-      probe >= 0 &&
-      ::connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
+      probe.get() >= 0 &&
+      ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
       errno == ECONNREFUSED;
-  if (probe >= 0) ::close(probe);
   if (!dead) return refused("another program listens there");
   return {};
 }

@@ -10,6 +10,7 @@
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
+#include "drivers/files/owned_descriptor.hpp"
 #include "drivers/transports/descriptor.hpp"
 
 namespace merkel {
@@ -39,41 +40,35 @@ class PtyPort final : public Transport {
     info_.name = settings.device;
     info_.note = "a pseudo-terminal, opened by termios";
   }
-  ~PtyPort() override { close(); }
-
   [[nodiscard]] Expected<std::size_t, Disconnected> read(
       std::span<std::uint8_t> bytes, std::chrono::nanoseconds patience) override {
-    return read_some(descriptor_, bytes, patience);
+    return read_some(port_.get(), bytes, patience);
   }
 
   [[nodiscard]] Expected<void, Disconnected> write(std::span<const std::uint8_t> bytes) override {
-    if (!write_all(descriptor_, bytes)) return Unexpected<Disconnected>(Disconnected{});
+    if (!write_all(port_.get(), bytes)) return Unexpected<Disconnected>(Disconnected{});
     return {};
   }
 
   [[nodiscard]] Expected<void, SetupError> reopen() override {
-    close();
-    descriptor_ = ::open(settings_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor_ < 0) return Unexpected<SetupError>(port_error(settings_.device, errno));
-    if (!lock_port(descriptor_)) {
-      close();
+    port_.reset();
+    port_.reset(::open(settings_.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    if (port_.get() < 0) return Unexpected<SetupError>(port_error(settings_.device, errno));
+    if (!lock_port(port_.get())) {
+      port_.reset();
       return Unexpected<SetupError>(port_busy(settings_.device));
     }
-    if (!configure(descriptor_, settings_.baud)) {
+    if (!configure(port_.get(), settings_.baud)) {
       const int error_number = errno;
-      close();
+      port_.reset();
       return Unexpected<SetupError>(port_error(settings_.device, error_number));
     }
     return {};
   }
 
  private:
-  void close() noexcept {
-    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
-  }
-
   SerialSettings settings_;
-  int descriptor_ = -1;
+  OwnedDescriptor port_;
 };
 
 }  // namespace

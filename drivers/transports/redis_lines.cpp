@@ -12,6 +12,7 @@
 
 #include "drivers/files/csv_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
+#include "drivers/take_part.hpp"
 
 namespace merkel {
 namespace {
@@ -152,11 +153,7 @@ Expected<std::vector<RedisField>, std::string> parse_redis_fields(std::string_vi
   while (!text.empty()) {
     std::string_view rest = take_field(text);
     std::array<std::string, 3> parts;
-    for (std::string& part : parts) {
-      const auto end = std::min(rest.find(':'), rest.size());
-      part = rest.substr(0, end);
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-    }
+    for (std::string& part : parts) part = take_part(rest, ':');
     RedisField field{.name = parts[0], .column = parts[1].empty() ? parts[0] : parts[1]};
     const auto known = std::find_if(std::begin(kRedisTypes), std::end(kRedisTypes),
                                     [&](const auto& each) { return each.first == parts[2]; });

@@ -2,11 +2,9 @@
 
 #include <cstring>
 #include <string>
-#include <utility>
 
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include "core/expected.hpp"
 #include "drivers/transports/host_name.hpp"
@@ -53,27 +51,5 @@ struct SocketAddress {
 
 /// Looks up an address. \param type  SOCK_STREAM or SOCK_DGRAM
 [[nodiscard]] Expected<SocketAddress, SetupError> resolve(const HostAndPort& address, int type);
-
-/// A non-blocking socket, closed by its owner.
-class Socket {
- public:
-  Socket() = default;
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  ~Socket() { close(); }
-
-  bool open(int family, int type) noexcept {
-    close();
-    descriptor_ = ::socket(family, type | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    return descriptor_ >= 0;
-  }
-  void close() noexcept {
-    if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
-  }
-  [[nodiscard]] int get() const noexcept { return descriptor_; }
-
- private:
-  int descriptor_ = -1;
-};
 
 }  // namespace merkel

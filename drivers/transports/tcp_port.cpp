@@ -4,6 +4,7 @@
 
 #include <netinet/tcp.h>
 
+#include "drivers/files/owned_descriptor.hpp"
 #include "drivers/transports/descriptor.hpp"
 #include "drivers/transports/network_port.hpp"
 #include "drivers/transports/socket.hpp"
@@ -53,10 +54,12 @@ class TcpPort final : public Transport {
     const auto address = resolve(server_, SOCK_STREAM);
     if (!address) return Unexpected<SetupError>(address.error());
     const auto failed = [&](int number) {
-      socket_.close();
+      socket_.reset();
       return Unexpected<SetupError>(no_route(server_, std::strerror(number)));
     };
-    if (!socket_.open(address->storage.ss_family, SOCK_STREAM)) return failed(errno);
+    socket_.reset(
+        ::socket(address->storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (socket_.get() < 0) return failed(errno);
     if (::connect(socket_.get(), address->get(), address->length) != 0) {
       if (errno != EINPROGRESS) return failed(errno);
       if (wait_writable(socket_.get(), kConnectPatience) == Readiness::kTimeout) {
@@ -75,7 +78,7 @@ class TcpPort final : public Transport {
 
  private:
   HostAndPort server_;
-  Socket socket_;
+  OwnedDescriptor socket_;
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "drivers/files/owned_descriptor.hpp"
 #include "drivers/transports/descriptor.hpp"
 #include "drivers/transports/network_port.hpp"
 #include "drivers/transports/socket.hpp"
@@ -82,7 +83,8 @@ class UdpPort final : public Transport {
                          "; use an address of this machine and a free port");
     };
     shut_off_ = false;
-    if (!socket_.open(local.storage.ss_family, SOCK_DGRAM)) return refused(errno);
+    socket_.reset(::socket(local.storage.ss_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    if (socket_.get() < 0) return refused(errno);
     ::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
     if (::bind(socket_.get(), local.get(), local.length) != 0) return refused(errno);
     return {};
@@ -131,7 +133,7 @@ class UdpPort final : public Transport {
   }
 
   UdpSettings settings_;
-  Socket socket_;
+  OwnedDescriptor socket_;
   std::optional<SocketAddress> peer_;
   std::chrono::steady_clock::time_point heard_{};  ///< the peer's last datagram
   std::uint64_t ignored_ = 0;

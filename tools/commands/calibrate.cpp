@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include "drivers/calibration/calibration_fit.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/files/output_file.hpp"
+#include "drivers/files/utc_text.hpp"
 #include "drivers/probes/open_probe.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "tools/commands/command.hpp"
@@ -49,15 +49,6 @@ struct CalibrateOptions {
     return place() == kDepthPlace ? Quantity::kLength : Quantity::kForce;
   }
 };
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text.data();
-}
 
 /// The known values in N or mm: "0,20g,50g".
 Expected<std::vector<double>, SetupError> known_points(const CalibrateOptions& options) {
@@ -360,7 +351,7 @@ int calibrate(const CalibrateOptions& options) {
   }
   if (!done) return refuse(done.error());
   result->serial_number = serial_number;
-  result->date = today();
+  result->date = utc_text(std::time(nullptr), "%Y-%m-%dT%H:%M:%SZ");
   const std::string text = calibration_text(*result, "merkel calibrate '" + options.uri + "'");
   if (!file->write(text) || !file->close()) return fail(file->error());
   std::printf("; use it with calibration=%s\n", options.file.c_str());

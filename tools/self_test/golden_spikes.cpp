@@ -6,6 +6,7 @@
 #include "core/parameters/nearest_name.hpp"
 #include "core/simd/simd_target.hpp"
 #include "drivers/files/embedded_text.hpp"
+#include "drivers/take_part.hpp"
 #include "tools/scene/prepared_run.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/self_test/self_test.hpp"
@@ -21,8 +22,7 @@ constexpr const char* kGoldenPress = "sim:taps?depth_mm=1.5";
 /// The next line of a text that is no comment; none at its end.
 std::optional<std::string_view> next_spike_row(std::string_view& text) {
   while (!text.empty()) {
-    const std::string_view row = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(row.size() + 1, text.size()));
+    const std::string_view row = take_part(text, '\n');
     if (!row.starts_with('#')) return row;
   }
   return std::nullopt;
