@@ -21,6 +21,7 @@
 #include "tools/commands/export_run.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/session_alignment.hpp"
 
 namespace merkel {
@@ -72,17 +73,15 @@ void print_alignment(const AlignOptions& options, const Json& aligned, RunDescri
     return;
   }
   const auto pieces = aligned["pieces"].get<std::size_t>();
-  std::fputs(
-      fmt::format(
-          "{}: {} of {} pulses match ({} in {}){}\n{:+.9f} s, {:+.3f} ppm{}, residual {} ms, "
-          "jitter of the pulses {} ms rms\n",
-          options.session, aligned["matched"].get<std::size_t>(),
-          aligned["pulses"].get<std::size_t>(), aligned["pulses_to"].get<std::size_t>(), options.to,
-          aligned["inverted"].get<bool>() ? ", by the falling edges: the line is inverted" : "",
-          offset_s, rate_ppm, pieces > 1 ? fmt::format(" in {} pieces", pieces) : "", residual_ms,
-          number_text(aligned["jitter_rms_ms"].get<double>()))
-          .c_str(),
-      stderr);
+  print_text(stderr,
+             "{}: {} of {} pulses match ({} in {}){}\n{:+.9f} s, {:+.3f} ppm{}, residual {} ms, "
+             "jitter of the pulses {} ms rms\n",
+             options.session, aligned["matched"].get<std::size_t>(),
+             aligned["pulses"].get<std::size_t>(), aligned["pulses_to"].get<std::size_t>(),
+             options.to,
+             aligned["inverted"].get<bool>() ? ", by the falling edges: the line is inverted" : "",
+             offset_s, rate_ppm, pieces > 1 ? fmt::format(" in {} pieces", pieces) : "",
+             residual_ms, number_text(aligned["jitter_rms_ms"].get<double>()));
 }
 
 /// Matches the pulses of a session with those of the other recorder.
@@ -135,11 +134,8 @@ void print_recorded(const AlignOptions& options, const RecordedAlignment& record
     std::fputs(json_text(recorded.json).c_str(), stdout);
     return;
   }
-  std::fputs(
-      fmt::format("{}: the recorded alignment to {}: {:+.9f} s, {:+.3f} ppm\n", options.session,
-                  recorded.to, units::s_from(clock(start) - start), clock.rate() * 1e6)
-          .c_str(),
-      stderr);
+  print_text(stderr, "{}: the recorded alignment to {}: {:+.9f} s, {:+.3f} ppm\n", options.session,
+             recorded.to, units::s_from(clock(start) - start), clock.rate() * 1e6);
 }
 
 /// An option that chooses what is matched with the pulses of --to; empty if none is given.
@@ -202,9 +198,8 @@ int align_session(const AlignOptions& options) {
                                     .time_zero = *zero},
                                    spikes);
   if (exit_code != kDone) return exit_code;
-  std::fprintf(stderr, "%llu spikes on the clock of %s%s\n",
-               static_cast<unsigned long long>(spikes), to.c_str(),
-               session->complete() ? "" : "; the recording is incomplete and ends there");
+  print_text(stderr, "{} spikes on the clock of {}{}\n", spikes, to,
+             session->complete() ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
 
@@ -219,9 +214,7 @@ void add_align_command(CommandLine& program) {
                   "and records the alignment in it, for inspect, Python and a later align "
                   "without --to.",
                   "align session.xdf --to events/TTL --sink nwb:aligned.nwb")
-      .option(
-          "session", options->session,
-          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
+      .option("session", options->session, kSessionHelp)
       .required()
       .option(
           "--to", options->to,

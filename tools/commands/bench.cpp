@@ -15,6 +15,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
+#include "tools/print_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/fma_peak.hpp"
 #include "tools/studies/bench/population_cost.hpp"
@@ -105,7 +106,7 @@ int bench_set_up(bool json) {
     return kDone;
   }
   for (const auto& [name, ms] : times) {
-    std::printf("preset %s: set-up %s ms\n", name.c_str(), number_text(ms).c_str());
+    print_text(stdout, "preset {}: set-up {} ms\n", name, number_text(ms));
   }
   return kDone;
 }
@@ -215,7 +216,7 @@ void print_json(const BenchOptions& options, const BenchResult& result) {
   std::fputs(json_text(all).c_str(), stdout);
 }
 
-void print_text(const BenchOptions& options, const BenchResult& result) {
+void print_result(const BenchOptions& options, const BenchResult& result) {
   std::printf("instruction set: %s; peak per core: %.0f GFLOP/s double, %.0f float\n",
               result.target.c_str(), result.peak[0], result.peak[1]);
   std::printf("%s, steps of %g µs, medians\n", options.method.c_str(), options.step_us);
@@ -271,7 +272,7 @@ int bench(const BenchOptions& options) {
   if (options.json) {
     print_json(options, result);
   } else {
-    print_text(options, result);
+    print_result(options, result);
   }
   return kDone;
 }

@@ -17,6 +17,7 @@
 #include "tools/child_process.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/recorded_session.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -176,8 +177,7 @@ int bundle_session(const BundleOptions& options) {
   const auto written = bundle.write("README.md", readme(*session, bundle, spikes), "");
   if (!written) return refuse(written.error());
   if (!list_checksums(options.folder)) return fail("sha256sum of coreutils did not run");
-  std::fprintf(stderr, "%s: %llu spikes, bit-identical in a replay\n", options.folder.c_str(),
-               static_cast<unsigned long long>(spikes));
+  print_text(stderr, "{}: {} spikes, bit-identical in a replay\n", options.folder, spikes);
   return kDone;
 }
 

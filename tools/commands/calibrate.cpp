@@ -386,8 +386,7 @@ void add_calibrate_command(CommandLine& program) {
       .option("--saturation", options->saturation,
               "Readings of at least this magnitude count as saturated", {1e-9, 1e12})
       .flag("--overwrite", options->overwrite, "Replace this channel's calibration in the file")
-      .flag("--allow-remote", options->allow_remote,
-            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
+      .flag("--allow-remote", options->allow_remote, kRemoteProbesHelp)
       .runs([options] { return calibrate(*options); });
 }
 

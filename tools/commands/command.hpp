@@ -22,6 +22,16 @@ AddCommand add_run_command, add_record_command, add_replay_command, add_export_c
     add_align_command, add_bundle_command, add_chart_command, add_plan_command, add_plot_command,
     add_self_test_command, add_completion_command;
 
+/// The help of options that several commands have.
+inline constexpr const char* kSessionHelp =
+    "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder";
+inline constexpr const char* kRemoteSinksHelp =
+    "Allow sinks to send to other machines and to be reached from them";
+inline constexpr const char* kRemoteProbesHelp =
+    "Allow other machines to send the samples (udp:0.0.0.0:PORT)";
+inline constexpr const char* kThreadsHelp =
+    "Number of threads; default: one per core. The result does not depend on it";
+
 /// "20 patches and 3 probes".
 [[nodiscard]] std::string contents_of(const Scene& scene);
 

@@ -484,8 +484,7 @@ void add_connect_command(CommandLine& program) {
       .flag("--yes", options->yes,
             "Do not ask: take the likeliest interpretation, if the units are stated")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
-      .flag("--allow-remote", options->allow_remote,
-            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
+      .flag("--allow-remote", options->allow_remote, kRemoteProbesHelp)
       .runs([options] { return connect(*options); });
 }
 

@@ -17,6 +17,7 @@
 #include "tools/doctor/path_verdicts.hpp"
 #include "tools/doctor/probe_report.hpp"
 #include "tools/json_text.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/status_line.hpp"
@@ -40,22 +41,18 @@ struct DoctorOptions {
 
 void print(const std::vector<Verdict>& verdicts) {
   for (const Verdict& verdict : verdicts) {
-    std::printf("%-8s %s: %s\n", std::string(name_of(verdict.grade)).c_str(), verdict.what.c_str(),
-                verdict.finding.c_str());
-    if (!verdict.remedy.empty()) std::printf("         → %s\n", verdict.remedy.c_str());
+    print_text(stdout, "{:<8} {}: {}\n", name_of(verdict.grade), verdict.what, verdict.finding);
+    if (!verdict.remedy.empty()) print_text(stdout, "         → {}\n", verdict.remedy);
   }
 }
 
 void print(const DoctorRun& run, std::size_t number) {
   const PathMeasurement& path = run.path;
   const HostTimeReport& host = *path.report.host_time;
-  std::printf("run %zu: %llu ticks, %llu missed, %llu spikes; %s\n", number,
-              static_cast<unsigned long long>(path.report.ticks),
-              static_cast<unsigned long long>(path.missed()),
-              static_cast<unsigned long long>(path.report.spikes),
-              host.rights.fifo ? "SCHED_FIFO" : "SCHED_OTHER");
+  print_text(stdout, "run {}: {} ticks, {} missed, {} spikes; {}\n", number, path.report.ticks,
+             path.missed(), path.report.spikes, host.rights.fifo ? "SCHED_FIFO" : "SCHED_OTHER");
   const auto line = [](const char* what, const LatencySummary& latency) {
-    std::printf("  %-46s %s\n", what, latency_text(latency).c_str());
+    print_text(stdout, "  {:<46} {}\n", what, latency_text(latency));
   };
   line("wake-up: tick due to tick started", host.wake_up);
   if (run.cyclictest) line("cyclictest, run directly afterwards", *run.cyclictest);
@@ -63,9 +60,7 @@ void print(const DoctorRun& run, std::size_t number) {
   line("tick: tick started to spikes computed", host.tick);
   line("publish: to the consumers' queues", host.publish);
   for (const ConsumerLatency& of : path.consumers) {
-    std::printf("  %s: %llu spikes, %llu missing\n", of.name,
-                static_cast<unsigned long long>(of.spikes),
-                static_cast<unsigned long long>(of.missing));
+    print_text(stdout, "  {}: {} spikes, {} missing\n", of.name, of.spikes, of.missing);
     line("  sink: spike queued to spike received", of.sink);
     line("  software: tick due to spike received", of.software);
     line("  sample to spike: sample arrived to spike received", of.sample_to_spike);

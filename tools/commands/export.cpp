@@ -6,6 +6,7 @@
 #include "drivers/sinks/open_sink.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/recorded_session.hpp"
 
 namespace merkel {
@@ -34,8 +35,8 @@ int export_session(const ExportOptions& options) {
                                     .time_zero = *zero},
                                    spikes);
   if (exit_code != kDone) return exit_code;
-  std::fprintf(stderr, "%llu spikes exported%s\n", static_cast<unsigned long long>(spikes),
-               session->complete() ? "" : "; the recording is incomplete and ends there");
+  print_text(stderr, "{} spikes exported{}\n", spikes,
+             session->complete() ? "" : "; the recording is incomplete and ends there");
   return kDone;
 }
 
@@ -61,9 +62,8 @@ int export_run(const std::shared_ptr<RunJournal>& run, const RunOrigin& origin,
   }
   for (const auto& sink : sinks) {
     if (sink->takes<SpikeEvent>() && sink->delivered() < spikes) {
-      std::fprintf(stderr, "merkel: %s: %llu of %llu spikes did not arrive\n", sink->uri().c_str(),
-                   static_cast<unsigned long long>(spikes - sink->delivered()),
-                   static_cast<unsigned long long>(spikes));
+      print_text(stderr, "merkel: {}: {} of {} spikes did not arrive\n", sink->uri(),
+                 spikes - sink->delivered(), spikes);
     }
   }
   return kDone;
@@ -76,9 +76,7 @@ void add_export_command(CommandLine& program) {
                   "Converts a recorded session to other formats, by any of the sinks: spikes, "
                   "stimulus, positions, events and marks, as far as the format can hold them.",
                   "export session.xdf --sink nwb:session.nwb --sink trace:press.csv")
-      .option(
-          "session", options->session,
-          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
+      .option("session", options->session, kSessionHelp)
       .required()
       .list("--sink", options->sinks, "Sink URI, repeatable: " + sink_schemes())
       .required()
@@ -86,8 +84,7 @@ void add_export_command(CommandLine& program) {
               "Zero of the times in files: session (its start), unix (1970-01-01) or "
               "device (the probe's own time)")
       .flag("--overwrite", options->overwrite, "Replace existing files")
-      .flag("--allow-remote", options->allow_remote,
-            "Allow sinks to send to other machines and to be reached from them")
+      .flag("--allow-remote", options->allow_remote, kRemoteSinksHelp)
       .runs([options] { return export_session(*options); });
 }
 

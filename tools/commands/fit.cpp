@@ -177,9 +177,7 @@ void add_fit_command(CommandLine& program) {
       .option("--trials", command->trials, "Repetitions of each press", {1, 1000})
       .option("--evaluations", command->evaluations, "Maximum number of evaluations of the model",
               {10, 100000})
-      .option("--jobs", command->threads,
-              "Number of threads; default: one per core. The result does not depend on it",
-              {1, 1024})
+      .option("--jobs", command->threads, kThreadsHelp, {1, 1024})
       .flag("--overwrite", command->overwrite, "Replace existing files")
       .runs([command] { return fit_command(*command); });
   add_fit_skin_command(fit);

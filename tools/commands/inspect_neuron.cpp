@@ -10,6 +10,7 @@
 #include "drivers/files/csv_text.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/inspect.hpp"
+#include "tools/print_text.hpp"
 
 namespace merkel {
 namespace {
@@ -93,8 +94,7 @@ int inspect_neuron(const InspectOptions& options) {
     population.advance({&begin_current, 1}, {&end_current, 1}, 1, time, spikes);
     resets += population.resets().size();
     for (const SpikeEvent& spike : std::as_const(spikes).events()) {
-      std::printf("%llu,%.6f\n", static_cast<unsigned long long>(++number),
-                  units::ms_from(spike.time));
+      print_text(stdout, "{},{:.6f}\n", ++number, units::ms_from(spike.time));
     }
   }
   if (resets > 0) {

@@ -214,9 +214,7 @@ void add_inspect_session_command(CommandLine& inspect) {
           "The contents of a recorded session: the facts of the run and the number of items in "
           "each stream, or the rows of one stream.",
           "inspect session session.xdf --stream frames")
-      .option(
-          "session", options->session,
-          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
+      .option("session", options->session, kSessionHelp)
       .required()
       .option(
           "--stream", options->stream,

@@ -11,6 +11,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
 #include "tools/number_text.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/merged_sessions.hpp"
 
 namespace merkel {
@@ -41,8 +42,7 @@ Expected<void, SetupError> check_alignment(const MergeOptions& options,
                    "--accept-unknown"
                  : "use a mark that was set at least twice, or accept it with --accept-unknown"));
       }
-      std::fprintf(stderr, "%s: %s s by %s, residual unknown\n", each.session.c_str(),
-                   offset.c_str(), each.how.c_str());
+      print_text(stderr, "{}: {} s by {}, residual unknown\n", each.session, offset, each.how);
       continue;
     }
     const double residual_ms = units::ms_from(*each.residual);
@@ -56,8 +56,8 @@ Expected<void, SetupError> check_alignment(const MergeOptions& options,
     }
     const std::string rate =
         each.rate == 0.0 ? "" : fmt::format(", rate {:+.3f} ppm", each.rate * 1e6);
-    std::fprintf(stderr, "%s: %s s by %s, residual %s ms%s\n", each.session.c_str(), offset.c_str(),
-                 each.how.c_str(), number_text(residual_ms).c_str(), rate.c_str());
+    print_text(stderr, "{}: {} s by {}, residual {} ms{}\n", each.session, offset, each.how,
+               number_text(residual_ms), rate);
   }
   return {};
 }
@@ -83,9 +83,9 @@ int merge(const MergeOptions& options) {
       merged, merged->origin(), options.sinks,
       {.neurons = merged->neurons(), .overwrite = options.overwrite, .run = merged->run()}, spikes);
   if (exit_code != kDone) return exit_code;
-  std::fprintf(stderr, "%llu spikes of %u afferents of %zu sessions merged%s\n",
-               static_cast<unsigned long long>(spikes), merged->neurons(), options.sessions.size(),
-               merged->complete() ? "" : "; one recording is incomplete and ends earlier");
+  print_text(stderr, "{} spikes of {} afferents of {} sessions merged{}\n", spikes,
+             merged->neurons(), options.sessions.size(),
+             merged->complete() ? "" : "; one recording is incomplete and ends earlier");
   return kDone;
 }
 

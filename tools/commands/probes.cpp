@@ -6,6 +6,7 @@
 #include "drivers/transports/device_list.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/json_text.hpp"
+#include "tools/print_text.hpp"
 
 namespace merkel {
 namespace {
@@ -31,12 +32,11 @@ int list_probes(bool json) {
     return kDone;
   }
   for (const DeviceEntry& device : devices) {
-    std::printf("%s  %s%s%s%s%s\n", device.uri.c_str(),
-                device.name.empty() ? "(no name)" : device.name.c_str(),
-                device.serial_number.empty() ? "" : ", serial number ",
-                device.serial_number.c_str(), device.latency.empty() ? "" : ", latency timer ",
-                device.latency.c_str());
-    if (!device.usable) std::printf("  %s\n", device.remedy.c_str());
+    print_text(stdout, "{}  {}{}{}{}{}\n", device.uri,
+               device.name.empty() ? "(no name)" : device.name,
+               device.serial_number.empty() ? "" : ", serial number ", device.serial_number,
+               device.latency.empty() ? "" : ", latency timer ", device.latency);
+    if (!device.usable) print_text(stdout, "  {}\n", device.remedy);
   }
   if (devices.empty()) {
     std::printf(
@@ -45,8 +45,7 @@ int list_probes(bool json) {
   }
   std::printf("protocols of serial devices (protocol=NAME):\n");
   for (const ProtocolEntry& entry : protocol_table()) {
-    std::printf("  %-10s %s, %d Bd\n", std::string(entry.name).c_str(),
-                std::string(entry.what).c_str(), entry.baud);
+    print_text(stdout, "  {:<10} {}, {} Bd\n", entry.name, entry.what, entry.baud);
   }
   return kDone;
 }

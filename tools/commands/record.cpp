@@ -16,6 +16,7 @@
 #include "tools/commands/command.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/device_summary.hpp"
 #include "tools/run/stop_signal.hpp"
 #include "tools/run/terminal_line.hpp"
@@ -214,8 +215,8 @@ int record(const RecordOptions& options) {
   terminal.clear();
   if (const std::string error = recording->close(); !error.empty()) return fail(error);
   if (recording->lost_frames() > 0) {
-    std::fprintf(stderr, "merkel: at least %llu frames of device bytes were not recorded\n",
-                 static_cast<unsigned long long>(recording->lost_frames()));
+    print_text(stderr, "merkel: at least {} frames of device bytes were not recorded\n",
+               recording->lost_frames());
   }
   const auto counts = (*probe)->device_counts();
   if (options.json) {
@@ -224,8 +225,7 @@ int record(const RecordOptions& options) {
     std::fputs(json_text(summary).c_str(), stdout);
   } else {
     if (counts) std::fputs(filled_text("device", device_json(counts)).c_str(), stderr);
-    std::fprintf(stderr, "%llu samples written to %s\n", static_cast<unsigned long long>(written),
-                 recording->file().c_str());
+    print_text(stderr, "{} samples written to {}\n", written, recording->file());
   }
   if (broken) {
     const std::string message = (*probe)->error_message();
@@ -253,8 +253,7 @@ void add_record_command(CommandLine& program) {
       .option("--duration-s", options->duration_s, "Stop after this time, s", {1e-6, 1e9})
       .flag("--frames", options->frames, "Keep the bytes of the devices too, in a session")
       .flag("--overwrite", options->overwrite, "Replace an existing file")
-      .flag("--allow-remote", options->allow_remote,
-            "Allow other machines to send the samples (udp:0.0.0.0:PORT)")
+      .flag("--allow-remote", options->allow_remote, kRemoteProbesHelp)
       .flag("--json", options->json, "Print a summary with the device's counters as JSON")
       .runs([options] { return record(*options); });
 }

@@ -268,9 +268,7 @@ void add_replay_command(CommandLine& program) {
           "LabRecorder has no such inputs: its press runs through its scene again, as by "
           "merkel run --fast.",
           "replay session.xdf")
-      .option(
-          "session", options->session,
-          "Session, as recorded by --sink xdf:FILE; FILE@RIG for a rig in a file of LabRecorder")
+      .option("session", options->session, kSessionHelp)
       .required()
       .list("--sink", options->sinks,
             "Also send the spikes to a sink, repeatable: " + sink_schemes())
@@ -280,8 +278,7 @@ void add_replay_command(CommandLine& program) {
               {0.0, 1e9})
       .flag("--json", options->json, "Print the verdict as JSON")
       .flag("--overwrite", options->overwrite, "Replace existing files")
-      .flag("--allow-remote", options->allow_remote,
-            "Allow sinks to send to other machines and to be reached from them")
+      .flag("--allow-remote", options->allow_remote, kRemoteSinksHelp)
       .runs([options] { return replay(*options); });
 }
 

@@ -65,9 +65,7 @@ void add_score_command(CommandLine& program) {
               "Recordings (JSON; format in tools/README.md) instead of the published ones")
       .option("--out", command->folder, "Folder to write to")
       .option("--trials", command->trials, "Repetitions of each press", {1, 10000})
-      .option("--jobs", command->threads,
-              "Number of threads; default: one per core. The result does not depend on it",
-              {1, 1024})
+      .option("--jobs", command->threads, kThreadsHelp, {1, 1024})
       .flag("--skip-experiments", command->skip_experiments,
             "Leave out the experiments that the sources describe by statements, such as scanned "
             "squares and gratings: most of the time of a score")

@@ -17,6 +17,7 @@
 #include "drivers/simulation/device_simulator.hpp"
 #include "realtime/threads/thread_setup.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/print_text.hpp"
 #include "tools/run/stop_signal.hpp"
 
 namespace merkel {
@@ -140,13 +141,11 @@ int simulate(const SimulateOptions& options) {
     (*simulator)->run(stop);
   }).join();
   const DeviceSimulator::Counts& counts = (*simulator)->counts();
-  const auto number = [](std::uint64_t value) { return static_cast<unsigned long long>(value); };
-  std::fprintf(stderr,
-               "%llu samples generated, %llu of them not sent, %llu frames dropped; %llu bytes "
-               "sent, %llu dropped, %llu flipped, %llu not read in time\n",
-               number(counts.measured), number(counts.unsent), number(counts.frames_dropped),
-               number(counts.bytes_sent), number(counts.bytes_dropped),
-               number(counts.bytes_flipped), number(counts.bytes_overrun));
+  print_text(stderr,
+             "{} samples generated, {} of them not sent, {} frames dropped; {} bytes sent, {} "
+             "dropped, {} flipped, {} not read in time\n",
+             counts.measured, counts.unsent, counts.frames_dropped, counts.bytes_sent,
+             counts.bytes_dropped, counts.bytes_flipped, counts.bytes_overrun);
   return kDone;
 }
 
