@@ -19,6 +19,7 @@
 #include "drivers/uri.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/export_run.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
 #include "tools/print_text.hpp"
@@ -72,16 +73,9 @@ void print_alignment(const AlignOptions& options, const Json& aligned, RunDescri
     std::fputs(json_text(aligned).c_str(), stdout);
     return;
   }
-  const auto pieces = aligned["pieces"].get<std::size_t>();
-  print_text(stderr,
-             "{}: {} of {} pulses match ({} in {}){}\n{:+.9f} s, {:+.3f} ppm{}, residual {} ms, "
-             "jitter of the pulses {} ms rms\n",
-             options.session, aligned["matched"].get<std::size_t>(),
-             aligned["pulses"].get<std::size_t>(), aligned["pulses_to"].get<std::size_t>(),
-             options.to,
-             aligned["inverted"].get<bool>() ? ", by the falling edges: the line is inverted" : "",
-             offset_s, rate_ppm, pieces > 1 ? fmt::format(" in {} pieces", pieces) : "",
-             residual_ms, number_text(aligned["jitter_rms_ms"].get<double>()));
+  Json facts = aligned;
+  facts["session"] = options.session;
+  std::fputs(filled_text("alignment", facts).c_str(), stderr);
 }
 
 /// Matches the pulses of a session with those of the other recorder.

@@ -13,6 +13,7 @@
 #include "core/units.hpp"
 #include "realtime/threads/spinning_team.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
 #include "tools/number_text.hpp"
 #include "tools/print_text.hpp"
@@ -176,7 +177,7 @@ std::vector<Row> measured_rows(const BenchOptions& options, IntegrationMethod me
   return rows;
 }
 
-void print_json(const BenchOptions& options, const BenchResult& result) {
+Json json_of(const BenchOptions& options, const BenchResult& result) {
   Json populations = Json::array();
   for (const Row& row : result.rows) {
     Json entry = {{"neurons", row.which.neurons},
@@ -213,42 +214,21 @@ void print_json(const BenchOptions& options, const BenchResult& result) {
                            {"all_pressed", hand.all},
                            {"all_pressed_two_threads", hand.shared}};
   }
-  std::fputs(json_text(all).c_str(), stdout);
+  return all;
 }
 
-void print_result(const BenchOptions& options, const BenchResult& result) {
-  std::printf("instruction set: %s; peak per core: %.0f GFLOP/s double, %.0f float\n",
-              result.target.c_str(), result.peak[0], result.peak[1]);
-  std::printf("%s, steps of %g µs, medians\n", options.method.c_str(), options.step_us);
-  std::printf("%8s %8s %9s %7s %14s %12s %11s %8s %8s %13s\n", "neurons", "network", "precision",
-              "threads", "ns/neuron-step", "ns/step", "× real time", "GFLOP/s", "of peak",
-              "of port bound");
-  for (const Row& row : result.rows) {
-    std::printf("%8zu %8s %9s %7d %14.2f %12.0f %11.1f", row.which.neurons,
-                row.which.coupled ? "yes" : "no", std::string(name_of(row.which.precision)).c_str(),
-                row.threads, row.ns, row.ns * static_cast<double>(row.which.neurons),
-                row.times_real_time());
-    if (row.counted()) {
-      std::printf(" %8.1f %7.0f%% %12.0f%%", row.gflops(), 100.0 * result.of_peak(row),
-                  100.0 * result.of_bound(row));
-    }
-    std::printf("\n");
+std::string text_of(Json facts, const BenchResult& result) {
+  for (Json& each : facts["populations"]) {
+    if (!each.contains("gflops")) continue;
+    each["peak_percent"] = 100.0 * each["fraction_of_peak"].get<double>();
+    each["bound_percent"] = 100.0 * each["fraction_of_port_bound"].get<double>();
   }
-  if (!result.scene) return;
-  const DefaultCost& scene = *result.scene;
-  const StageCosts& stages = scene.stages;
-  const HandCost& hand = result.hand;
-  std::printf("preset paper, tick of %g ms: %.2f µs (%.0f × real time)\n", scene.tick_ms,
-              scene.tick, 1e3 * scene.tick_ms / scene.tick);
-  std::printf(
-      "stages, measured separately: contact %.2f, drive %.2f, neurons %.2f, publish %.2f µs\n",
-      stages.contact, stages.drive, stages.neurons, stages.publish);
-  std::printf("preset paper, tick of 50 µs: %.2f µs (%.0f × real time)\n", scene.short_tick,
-              units::ms_from(kShortTick) * 1e3 / scene.short_tick);
-  std::printf(
-      "whole hand, per tick: %.1f µs with one fingertip pressed (%.2f × that fingertip alone), "
-      "%.0f µs with every pad pressed, %.0f µs on two threads\n",
-      hand.thumb, hand.thumb / hand.fingertip_alone, hand.all, hand.shared);
+  if (result.scene) {
+    facts["tick_ms"] = result.scene->tick_ms;
+    facts["short_times_real_time"] = units::ms_from(kShortTick) * 1e3 / result.scene->short_tick;
+    facts["pressed_to_alone"] = result.hand.thumb / result.hand.fingertip_alone;
+  }
+  return filled_text("bench", facts);
 }
 
 int bench(const BenchOptions& options) {
@@ -269,11 +249,8 @@ int bench(const BenchOptions& options) {
     result.scene = default_cost();
     result.hand = hand_cost(two);
   }
-  if (options.json) {
-    print_json(options, result);
-  } else {
-    print_result(options, result);
-  }
+  const Json facts = json_of(options, result);
+  std::fputs((options.json ? json_text(facts) : text_of(facts, result)).c_str(), stdout);
   return kDone;
 }
 

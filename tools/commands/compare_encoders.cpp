@@ -4,10 +4,9 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "core/units.hpp"
 #include "tools/commands/command.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/encoders/encoder_comparison.hpp"
@@ -56,22 +55,6 @@ Expected<std::vector<EncodedTouch>, SetupError> encode_all(const CompareEncoders
   return touches;
 }
 
-std::string table_of(const std::vector<EncodedTouch>& touches) {
-  const auto ratio = [](double value) {
-    return std::isnan(value) ? std::string("–") : fmt::format("{:.2f}", value);
-  };
-  std::string text =
-      "| encoder | charge (µC) | peak current (µA) | peak of all (µA) | onset ratio | correlation "
-      "with the rate |\n|---|---|---|---|---|---|\n";
-  for (const EncodedTouch& touch : touches) {
-    const EncoderFigures figures = figures_of(touch);
-    text += fmt::format("| {} | {:.3f} | {:.1f} | {:.1f} | {} | {} |\n", figures.encoder,
-                        figures.charge_uC, figures.peak_uA, figures.peak_total_uA,
-                        ratio(figures.onset_ratio), ratio(figures.rate_correlation));
-  }
-  return text;
-}
-
 Json json_of(const std::vector<EncodedTouch>& touches) {
   const auto number = [](double value) { return std::isnan(value) ? Json(nullptr) : Json(value); };
   Json all = Json::array();
@@ -85,6 +68,10 @@ Json json_of(const std::vector<EncodedTouch>& touches) {
                    {"rate_correlation", number(figures.rate_correlation)}});
   }
   return all;
+}
+
+std::string table_of(const std::vector<EncodedTouch>& touches) {
+  return filled_text("encoders", json_of(touches));
 }
 
 /// Writes the touch and the charge of each encoder over time.

@@ -16,8 +16,8 @@
 #include "tools/doctor/machine_verdicts.hpp"
 #include "tools/doctor/path_verdicts.hpp"
 #include "tools/doctor/probe_report.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
-#include "tools/print_text.hpp"
 #include "tools/run/counter_text.hpp"
 #include "tools/run/loop_summary.hpp"
 #include "tools/run/status_line.hpp"
@@ -38,34 +38,6 @@ struct DoctorOptions {
   bool page = false;
   bool json = false;
 };
-
-void print(const std::vector<Verdict>& verdicts) {
-  for (const Verdict& verdict : verdicts) {
-    print_text(stdout, "{:<8} {}: {}\n", name_of(verdict.grade), verdict.what, verdict.finding);
-    if (!verdict.remedy.empty()) print_text(stdout, "         → {}\n", verdict.remedy);
-  }
-}
-
-void print(const DoctorRun& run, std::size_t number) {
-  const PathMeasurement& path = run.path;
-  const HostTimeReport& host = *path.report.host_time;
-  print_text(stdout, "run {}: {} ticks, {} missed, {} spikes; {}\n", number, path.report.ticks,
-             path.missed(), path.report.spikes, host.rights.fifo ? "SCHED_FIFO" : "SCHED_OTHER");
-  const auto line = [](const char* what, const LatencySummary& latency) {
-    print_text(stdout, "  {:<46} {}\n", what, latency_text(latency));
-  };
-  line("wake-up: tick due to tick started", host.wake_up);
-  if (run.cyclictest) line("cyclictest, run directly afterwards", *run.cyclictest);
-  line("queue: sample arrived to tick started", host.queue);
-  line("tick: tick started to spikes computed", host.tick);
-  line("publish: to the consumers' queues", host.publish);
-  for (const ConsumerLatency& of : path.consumers) {
-    print_text(stdout, "  {}: {} spikes, {} missing\n", of.name, of.spikes, of.missing);
-    line("  sink: spike queued to spike received", of.sink);
-    line("  software: tick due to spike received", of.software);
-    line("  sample to spike: sample arrived to spike received", of.sample_to_spike);
-  }
-}
 
 Json json_of(const std::vector<Verdict>& verdicts) {
   Json all = Json::array();
@@ -102,6 +74,20 @@ Json json_of(const DoctorRun& run) {
   add_counters(json, report);
   for (const ConsumerLatency& consumer : run.path.consumers) json[consumer.key] = json_of(consumer);
   return json;
+}
+
+void print(const DoctorRun& run, std::size_t number) {
+  Json facts = json_of(run);
+  facts["number"] = number;
+  for (const ConsumerLatency& of : run.path.consumers) {
+    facts["consumers"].push_back(json_of(of));
+    facts["consumers"].back()["name"] = of.name;
+  }
+  std::fputs(filled_text("doctor_run", facts).c_str(), stdout);
+}
+
+void print(const std::vector<Verdict>& verdicts) {
+  std::fputs(filled_text("doctor_verdicts", json_of(verdicts)).c_str(), stdout);
 }
 
 /// Measures how a device keeps time, and its drift while nothing touches it, instead of the

@@ -14,6 +14,7 @@
 #include "drivers/sinks/session_position.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/commands/run.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/json_text.hpp"
 #include "tools/run/session_playback.hpp"
 #include "tools/run/session_replay.hpp"
@@ -36,62 +37,35 @@ struct ReplayOptions {
   std::optional<double> from_s;
 };
 
-using Count = unsigned long long;
-
-/// The reservations of a verdict, if it does not cover the whole recording.
-std::string reservations(const SessionReader& session, const SessionReplay::Outcome& verdict) {
-  std::string text;
-  if (!session.complete()) {
-    text += "the recording is incomplete: compared up to its last complete tick\n";
-  }
-  const std::uint64_t inputs = verdict.losses.ticks + verdict.losses.taxels;
-  if (verdict.losses.spikes + inputs > 0) {
-    text += "the recorder lost " + std::to_string(verdict.losses.spikes) + " spikes and " +
-            std::to_string(inputs) +
-            " tick records because its queue was full: the recording is incomplete\n";
-  }
-  if (session.fact("git_hash") != kGitHash) {
-    text += "recorded by merkel " + session.fact("version") + " (" + session.fact("git_hash") +
-            "), this is " MERKEL_VERSION " (" + kGitHash + ")\n";
-  }
-  return text;
+Json json_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
+  return {{"bit_identical", verdict.identical()},
+          {"difference", verdict.difference},
+          {"complete", session.complete()},
+          {"ticks", verdict.ticks},
+          {"spikes", verdict.spikes},
+          {"commands", verdict.commands},
+          {"held_ticks", verdict.held_ticks},
+          {"samples_late", verdict.samples_late},
+          {"gaps", verdict.gaps},
+          {"releases", verdict.releases},
+          {"spikes_uncompared", verdict.uncompared},
+          {"spikes_lost", verdict.losses.spikes},
+          {"ticks_lost", verdict.losses.ticks},
+          {"scene", session.fact("scene")},
+          {"version", session.fact("version")},
+          {"git_hash", session.fact("git_hash")},
+          {"simd_target", session.fact("simd_target")},
+          {"kernel", session.fact("kernel")}};
 }
 
+/// The verdict, with reservations if it does not cover the whole recording.
 std::string text_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
-  std::string text = std::to_string(verdict.ticks) + " ticks (" +
-                     std::to_string(verdict.held_ticks) + " held, " +
-                     std::to_string(verdict.samples_late) + " late samples, " +
-                     std::to_string(verdict.gaps) + " gaps, " + std::to_string(verdict.releases) +
-                     " outages), " + std::to_string(verdict.spikes) + " spikes";
-  if (verdict.commands > 0) {
-    text += ", " + std::to_string(verdict.commands) + " stimulation commands";
+  Json facts = json_of(session, verdict);
+  facts["inputs_lost"] = verdict.losses.ticks + verdict.losses.taxels;
+  if (session.fact("git_hash") != kGitHash) {
+    facts["other_build"] = std::string(MERKEL_VERSION " (") + kGitHash + ")";
   }
-  text += ": ";
-  text += verdict.identical() ? "bit-identical to the recording\n"
-                              : "NOT identical to the recording: " + verdict.difference + "\n";
-  return text + reservations(session, verdict);
-}
-
-std::string json_of(const SessionReader& session, const SessionReplay::Outcome& verdict) {
-  const Json json = {{"bit_identical", verdict.identical()},
-                     {"difference", verdict.difference},
-                     {"complete", session.complete()},
-                     {"ticks", verdict.ticks},
-                     {"spikes", verdict.spikes},
-                     {"commands", verdict.commands},
-                     {"held_ticks", verdict.held_ticks},
-                     {"samples_late", verdict.samples_late},
-                     {"gaps", verdict.gaps},
-                     {"releases", verdict.releases},
-                     {"spikes_uncompared", verdict.uncompared},
-                     {"spikes_lost", verdict.losses.spikes},
-                     {"ticks_lost", verdict.losses.ticks},
-                     {"scene", session.fact("scene")},
-                     {"version", session.fact("version")},
-                     {"git_hash", session.fact("git_hash")},
-                     {"simd_target", session.fact("simd_target")},
-                     {"kernel", session.fact("kernel")}};
-  return json_text(json);
+  return filled_text("replay", facts);
 }
 
 /// Plays the recording to the sinks at its own speed, without simulating it.
@@ -250,8 +224,9 @@ int replay(const ReplayOptions& options) {
   }
   const bool data_on_stdout =
       std::any_of(options.sinks.begin(), options.sinks.end(), writes_standard_output);
-  std::fputs((options.json ? json_of(*session, verdict) : text_of(*session, verdict)).c_str(),
-             data_on_stdout ? stderr : stdout);
+  std::fputs(
+      (options.json ? json_text(json_of(*session, verdict)) : text_of(*session, verdict)).c_str(),
+      data_on_stdout ? stderr : stdout);
   return verdict.identical() ? kDone : kFailed;
 }
 
