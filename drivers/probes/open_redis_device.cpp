@@ -29,10 +29,8 @@ Expected<std::unique_ptr<Probe>, SetupError> open_redis_device(const Uri& uri,
   if (!factors) return Unexpected<SetupError>(factors.error());
   auto entries = open_redis_stream(uri, stream.mapped(), std::move(*fields), *factors);
   if (!entries) return Unexpected<SetupError>(entries.error());
-  std::string columns = "time_s";
-  for (const RedisField& field : entries->fields) columns += "," + field.column;
   const bool ruled = rule != lines.options.end();
-  lines.options.emplace("columns", columns);
+  lines.options.emplace("columns", entries->columns);
   UriOptions options(lines);
   DeviceProbe::Settings settings = DeviceProbe::settings_from(options, uri, device);
   // A node of this machine stamps its entries with the host's clock.

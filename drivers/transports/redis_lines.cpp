@@ -104,6 +104,12 @@ void RedisLines::choose_fields(const RedisEntry& entry, const UnitFactors& facto
   }
 }
 
+std::string RedisLines::columns() const {
+  std::string columns = numbered_ ? "time_s,seq" : "time_s";
+  for (const RedisField& field : fields_) columns += "," + field.column;
+  return columns;
+}
+
 void RedisLines::add(const RedisEntry& entry) {
   std::vector<std::vector<double>> values;
   std::size_t rows = 0;
@@ -114,10 +120,13 @@ void RedisLines::add(const RedisEntry& entry) {
     rows = std::max(rows, values.back().size());
   }
   const std::vector<std::int64_t> times = times_of(entry, rows);
-  std::vector<double> line(values.size());
+  if (rows > 0) rows_of_last_ = static_cast<std::uint32_t>(rows);
+  std::vector<double> line;
   for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      line[k] = row < values[k].size() ? values[k][row] : std::numeric_limits<double>::quiet_NaN();
+    line.clear();
+    if (numbered_) line.push_back(number_++);
+    for (const std::vector<double>& each : values) {
+      line.push_back(row < each.size() ? each[row] : std::numeric_limits<double>::quiet_NaN());
     }
     std::string time_s = "nan";
     if (row < times.size()) {

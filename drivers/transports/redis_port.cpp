@@ -2,6 +2,8 @@
 #include "drivers/transports/redis_port.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>
@@ -17,6 +19,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kRedisPatience{2000};
 constexpr std::chrono::milliseconds kMaxBlock{500};  ///< below the timeout of replies
+constexpr std::chrono::milliseconds kCountEvery{100};
 
 struct IdentifiedEntry {
   std::string id;
@@ -50,7 +53,7 @@ class RedisPort final : public Transport {
     info_.note = "a Redis stream";
   }
 
-  [[nodiscard]] const std::vector<RedisField>& fields() const noexcept { return lines_.fields(); }
+  [[nodiscard]] std::string columns() const { return lines_.columns(); }
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
@@ -82,6 +85,7 @@ class RedisPort final : public Transport {
     }
     const auto entries = redis_entries(newest.get());
     last_id_ = entries.empty() ? "0-0" : entries.front().id;
+    count_lost();  // those that came during an outage
     return {};
   }
 
@@ -134,14 +138,37 @@ class RedisPort final : public Transport {
     if (reply->elements == 1 && reply->element[0]->elements == 2) {
       entries = redis_entries(reply->element[0]->element[1]);
     }
-    if (!entries.empty()) last_id_ = entries.back().id;
+    if (entries.empty()) return entries;
+    last_id_ = entries.back().id;
+    if (seen_) *seen_ += static_cast<std::int64_t>(entries.size());
+    if (std::chrono::steady_clock::now() - counted_ > kCountEvery) count_lost();
     return entries;
+  }
+
+  /// Skips the entries that the stream has dropped before they were read. A server since Redis 7
+  /// counts what came; that is the number of those read when the newest has been read.
+  void count_lost() {
+    counted_ = std::chrono::steady_clock::now();
+    const RedisReply reply = command({"XINFO", "STREAM", stream_});
+    std::optional<std::int64_t> added;
+    bool newest_is_read = false;
+    for (std::size_t i = 0; reply && i + 1 < reply->elements; i += 2) {
+      const std::string name = redis_text(reply->element[i]);
+      const redisReply* const value = reply->element[i + 1];
+      if (name == "entries-added") added = value->integer;
+      if (name == "last-generated-id") newest_is_read = redis_text(value) == last_id_;
+    }
+    if (!added || !newest_is_read) return;
+    if (seen_ && *added > *seen_) lines_.skip(*added - *seen_);
+    seen_ = added;
   }
 
   Uri uri_;
   std::string stream_;
   RedisConnection connection_;
   std::string last_id_;
+  std::optional<std::int64_t> seen_;  ///< entries of the stream up to the last one read
+  std::chrono::steady_clock::time_point counted_;
   RedisLines lines_;
 };
 
@@ -152,7 +179,7 @@ Expected<RedisEntries, SetupError> open_redis_stream(const Uri& uri, const std::
                                                      const UnitFactors& factors) {
   auto port = std::make_unique<RedisPort>(uri, stream, std::move(fields));
   if (auto begun = port->begin(factors); !begun) return Unexpected<SetupError>(begun.error());
-  RedisEntries entries{.port = nullptr, .fields = port->fields()};
+  RedisEntries entries{.port = nullptr, .columns = port->columns()};
   entries.port = std::move(port);
   return entries;
 }

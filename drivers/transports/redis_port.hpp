@@ -14,7 +14,7 @@ namespace merkel {
 /// The entries of a Redis stream as a port that sends RedisLines.
 struct RedisEntries {
   std::unique_ptr<Transport> port;
-  std::vector<RedisField> fields;
+  std::string columns;  ///< as in the option `columns`
 };
 
 /// Opens the entries that come from now on; waits two seconds for the first.

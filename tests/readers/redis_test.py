@@ -258,6 +258,37 @@ class Redis(merkel_program.TestCase):
         self.assertTrue((np.diff([float(row["time_s"]) for row in rows]) > 0).all())
         self.assertGreater(len(rows), 3000)
 
+    def test_entries_that_are_trimmed_before_they_are_read_count_as_lost(self):
+        sent = 0
+
+        def send(count, pause_s, **limit):
+            nonlocal sent
+            for _ in range(count):
+                sent += 1
+                self.client.xadd("gauge", {"force_N": f"{sent * 1e-3:.3f}", "time_ns": time.monotonic_ns()}, **limit)
+                time.sleep(pause_s)
+
+        trace = self.path("r.csv")
+        record = subprocess.Popen(
+            [merkel_program.PROGRAM, "record", f"redis:127.0.0.1:{self.port}?stream=gauge", trace, "--json"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(record.kill)
+        while not (os.path.exists(trace + ".part") and os.path.getsize(trace + ".part") > 1000):
+            self.assertIsNone(record.poll())
+            send(1, 0.005)
+        record.send_signal(signal.SIGSTOP)
+        send(300, 0, maxlen=50, approximate=False)
+        record.send_signal(signal.SIGCONT)
+        send(100, 0.005)
+        record.send_signal(signal.SIGINT)
+        out, err = record.communicate(timeout=30)
+        self.assertEqual(record.returncode, 0, err)
+        with open(trace) as file:
+            read = [round(1e3 * float(row["force_N"])) for row in csv.DictReader(line for line in file if line[0] != "#")]
+        missing = read[-1] - read[0] + 1 - len(read)
+        self.assertGreater(missing, 200)
+        self.assertEqual(json.loads(out)["device"]["lost"], missing)
+
     def test_one_run_reads_the_samples_of_another(self):
         first = merkel_program.start("run", "finger", "--probe", "sim:taps?count=500&live=1&force_N=0.5", "--sink",
                                      f"redis:127.0.0.1:{self.port}?node=a", "--sink", "xdf:" + self.path("a.xdf"))

@@ -31,7 +31,20 @@ TEST(RedisLines, AnEntryIsALineAtItsTime) {
   lines.add(entry);
   lines.add({{"ts", bytes_of(2'000'000'000)}});
   lines.add({{"ts", bytes_of(2'000'000'000)}, {"force_N", "0.5"}});
-  EXPECT_EQ(text_of(lines), "1.500000001,0.25\n2.000000000,0.5\n");
+  EXPECT_EQ(text_of(lines), "1.500000001,0,0.25\n2.000000000,1,0.5\n");
+}
+
+TEST(RedisLines, LostEntriesLeaveAGapInTheNumbersUnlessAFieldIsTheNumber) {
+  RedisLines lines(*parse_redis_fields("force_N"));
+  lines.add({{"force_N", bytes_of(0) + bytes_of(0)}});
+  lines.skip(3);
+  lines.add({{"force_N", "1"}});
+  EXPECT_EQ(text_of(lines), "nan,0,0\nnan,1,0\nnan,8,1\n");
+  EXPECT_EQ(lines.columns(), "time_s,seq,force_N");
+  RedisLines own(*parse_redis_fields("force_N,n:seq"));
+  own.add({{"force_N", "1"}, {"n", "7"}});
+  EXPECT_EQ(text_of(own), "nan,1,7\n");
+  EXPECT_EQ(own.columns(), "time_s,force_N,seq");
 }
 
 TEST(RedisLines, FieldsInVoltsAreChosenWithTheirFactor) {
@@ -44,7 +57,7 @@ TEST(RedisLines, FieldsInVoltsAreChosenWithTheirFactor) {
   lines.choose_fields(entry, factors);
   ASSERT_EQ(lines.fields().size(), 1U);
   lines.add(entry);
-  EXPECT_EQ(text_of(lines), "1764200000.000000001,0.25\n");
+  EXPECT_EQ(text_of(lines), "1764200000.000000001,0,0.25\n");
 }
 
 TEST(RedisLines, ALabelIsNoNumberHoweverLongItIs) {
@@ -55,7 +68,7 @@ TEST(RedisLines, ALabelIsNoNumberHoweverLongItIs) {
     lines.choose_fields(entry);
     ASSERT_EQ(lines.fields().size(), 1U) << label;
     lines.add(entry);
-    EXPECT_EQ(text_of(lines), "2.500000000,0.5\n") << label;
+    EXPECT_EQ(text_of(lines), "2.500000000,0,0.5\n") << label;
   }
   // A sync line of a device is one.
   RedisLines lines({});
@@ -73,7 +86,7 @@ TEST(RedisLines, AllBytesOfAMeasuredNumberAreRead) {
   std::memcpy(&force_N, bytes.data(), sizeof force_N);
   EXPECT_GT(force_N, 0.001);
   EXPECT_LT(force_N, 1.0);
-  EXPECT_EQ(std::stod(text_of(lines).substr(12)), force_N);
+  EXPECT_EQ(std::stod(text_of(lines).substr(14)), force_N);
 }
 
 TEST(RedisLines, NumbersOfAnEntryAreSpreadSinceTheEntryBefore) {
@@ -81,7 +94,7 @@ TEST(RedisLines, NumbersOfAnEntryAreSpreadSinceTheEntryBefore) {
   const std::string two("\x01\x00\x02\x00", 4);
   lines.add({{"ts", bytes_of(1'000'000'000)}, {"samples", two}});
   lines.add({{"ts", bytes_of(2'000'000'000)}, {"samples", two}});
-  EXPECT_EQ(text_of(lines), "1.000000000,1\n1.000000000,2\n1.500000000,1\n2.000000000,2\n");
+  EXPECT_EQ(text_of(lines), "1.000000000,0,1\n1.000000000,1,2\n1.500000000,2,1\n2.000000000,3,2\n");
 }
 
 TEST(RedisLines, TimesThatCannotBeAreNotKnown) {
@@ -90,14 +103,14 @@ TEST(RedisLines, TimesThatCannotBeAreNotKnown) {
     lines.add({{"ts", bytes_of(time)}, {"force_N", "1"}});
   }
   lines.add({{"ts", "-1e19"}, {"force_N", "1"}});
-  EXPECT_EQ(text_of(lines), "nan,1\nnan,1\nnan,1\n");
+  EXPECT_EQ(text_of(lines), "nan,0,1\nnan,1,1\nnan,2,1\n");
 }
 
 TEST(RedisLines, AFieldOfTheWrongLengthHasNoNumbers) {
   RedisLines lines(*parse_redis_fields("force_N:force_N:float64,depth_mm"));
   lines.add({{"ts", "1000"}, {"force_N", "1234567"}, {"depth_mm", "0.5"}});
   lines.add({{"ts", "2000"}, {"force_N", ""}});
-  EXPECT_EQ(text_of(lines), "0.000001000,nan,0.5\n");
+  EXPECT_EQ(text_of(lines), "0.000001000,0,nan,0.5\n");
 }
 
 }  // namespace
