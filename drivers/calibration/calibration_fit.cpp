@@ -80,7 +80,6 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
   ChannelCalibration fitted = before;
   if (points.size() == 1) {
     fitted.zero = means[0] - points[0].known / before.gain;
-    fitted.residual = 0.0;
   } else {
     std::vector<std::pair<double, double>> pairs;  // mean reading, known
     for (std::size_t i = 0; i < points.size(); ++i) pairs.emplace_back(means[i], points[i].known);

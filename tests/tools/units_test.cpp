@@ -10,6 +10,7 @@
 #include "drivers/protocols/trace_file.hpp"
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tests/tools/terminal.hpp"
 
@@ -253,6 +254,33 @@ TEST(Calibrate, AddsAChannelToTheFileAndReplacesItsOwnOnRequest) {
   EXPECT_EQ(kept.exit_code, 2);
   EXPECT_NE(kept.err.find("is not replaced: name another file"), std::string::npos) << kept.err;
   EXPECT_EQ(read_file(other), "preset = \"goodwin\"\n");
+}
+
+TEST(Calibrate, ATareOfACalibratedChannelReplacesItsZeroAlone) {
+  const TemporaryFolder folder;
+  const LinePrinter gauge("0.5");
+  const std::string uri = "serial:" + gauge.name() + "?protocol=csv&columns=";
+  const std::string in_N = folder.file("n.toml",
+                                       "[force]\nsource = \"force\"\ngain = 2.5\nzero = 0.1\n"
+                                       "saturation = 1.75\nrange = [0.0, 4.0]\nresidual = 0.02\n");
+  const std::string in_V = folder.file("v.toml",
+                                       "force_N_per_V = 0.25\n[force]\nsource = \"force\"\n"
+                                       "gain = 1.0\nzero = 0.01\nrange = [0.0, 1.0]\n");
+  for (const auto& [file, columns, zero] :
+       {std::tuple(in_N, "force_N", 0.5), std::tuple(in_V, "force_V", 0.125)}) {
+    const std::string before = read_file(file);
+    const auto tare = run_program({"calibrate", uri + columns + "&calibration=" + file, file,
+                                   "--seconds", "0.2", "--overwrite"});
+    ASSERT_EQ(tare.exit_code, 0) << tare.err;
+    const std::string after = read_file(file);
+    EXPECT_NEAR(number_after(after, "\nzero"), zero, 1e-9) << after;
+    for (const std::string key : {"gain", "saturation", "residual", "force_N_per_V"}) {
+      const double kept = number_after(before, key);
+      if (!std::isfinite(kept)) continue;
+      EXPECT_EQ(number_after(after, key), kept) << key << after;
+    }
+    EXPECT_TRUE(has(after, "range = [0.0, ")) << after;
+  }
 }
 
 TEST(Calibrate, RefusesPointsInTheUnitOfAnotherQuantity) {

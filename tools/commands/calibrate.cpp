@@ -76,19 +76,32 @@ struct RawDevice {
   std::vector<std::pair<std::string, double>> stand_ins = {};
 };
 
-/// The device, without the calibration of the file that is being written.
-Expected<RawDevice, SetupError> open_raw(const CalibrateOptions& options) {
+/// Whether the file calibrates the channel: then a single point replaces its zero alone.
+bool has_channel(const CalibrateOptions& options) {
+  std::error_code error;
+  if (options.of_taxels() || !std::filesystem::is_regular_file(options.file, error)) return false;
+  const auto present = read_calibration(options.file);
+  return present && present->channels[options.place()];
+}
+
+/// The device, without the calibration of the file that is being written. \param tare  with it
+Expected<RawDevice, SetupError> open_raw(const CalibrateOptions& options, bool tare) {
   RawDevice device;
   auto [uri, fragment] = split_fragment(options.uri);
   const std::string own = "calibration=" + options.file;
-  if (const auto at = uri.find(own); at != std::string::npos) {
-    uri.erase(at, own.size() + (uri.substr(at + own.size()).starts_with('&') ? 1 : 0));
+  const auto at = uri.find(own);
+  if (at != std::string::npos && std::string("&").starts_with(uri.substr(at + own.size(), 1))) {
+    uri.erase(at, own.size() + 1);
     if (uri.back() == '&' || uri.back() == '?') uri.pop_back();
   }
   if (uri.find("calibration=") != std::string::npos) {
     return bad_input(
         "remove calibration=… from the URI: a new calibration starts from raw readings");
   }
+  const auto add = [&uri](const std::string& option) {
+    uri += std::string(uri.find('?') == std::string::npos ? "?" : "&") + option;
+  };
+  if (tare) add(own);
   constexpr std::size_t kMaxFactors = 64;
   for (;;) {
     auto probe = open_probe(uri + (fragment ? "#" + *fragment : ""), options.allow_remote);
@@ -101,8 +114,7 @@ Expected<RawDevice, SetupError> open_raw(const CalibrateOptions& options) {
     // Within the limits of a reading also for the counts of a 32-bit converter.
     const double stand_in = key.ends_with("_count") ? 1e-6 : 1.0;
     device.stand_ins.emplace_back(key, stand_in);
-    uri += std::string(uri.find('?') == std::string::npos ? "?" : "&") + key + "=" +
-           shortest_decimal(stand_in);
+    add(key + "=" + shortest_decimal(stand_in));
   }
   if (device.probe->status().calibration == nullptr) {
     return bad_input("\"" + options.uri +
@@ -335,12 +347,12 @@ int calibrate(const CalibrateOptions& options) {
   }
   const auto known = known_points(options);
   if (!known) return refuse(known.error());
-  const auto device = open_raw(options);
-  if (!device) return refuse(device.error());
   std::error_code error;
   const bool exists = std::filesystem::is_regular_file(options.file, error);
   auto file = OutputFile::create(options.file, exists || options.overwrite);
   if (!file) return refuse(file.error());
+  const auto device = open_raw(options, known->size() == 1 && has_channel(options));
+  if (!device) return refuse(device.error());
   const std::string serial_number = device->probe->info().serial_number;
   auto result = present_calibration(options, serial_number);
   if (!result) return refuse(result.error());
@@ -385,7 +397,8 @@ void add_calibrate_command(CommandLine& program) {
       .option("--seconds", options->seconds, "Duration of each point, s", {0.05, 600})
       .option("--saturation", options->saturation,
               "Readings of at least this magnitude count as saturated", {1e-9, 1e12})
-      .flag("--overwrite", options->overwrite, "Replace this channel's calibration in the file")
+      .flag("--overwrite", options->overwrite,
+            "Replace this channel's calibration in the file; with one point its zero alone")
       .flag("--allow-remote", options->allow_remote, kRemoteProbesHelp)
       .runs([options] { return calibrate(*options); });
 }
