@@ -307,6 +307,18 @@ std::vector<std::string> csv_columns_of_labels(const std::vector<std::string>& n
   return columns;
 }
 
+std::string repeated_column(const std::vector<CsvColumn>& columns, const CsvColumn& further) {
+  const auto other = std::ranges::find_if(
+      columns, [&](const CsvColumn& column) { return same_quantity(column, further); });
+  if (other == columns.end()) return {};
+  if (other->name == further.name) {
+    return "the column " + further.name +
+           " is named twice: name each differently, such as thumb_N and index_N";
+  }
+  return "the columns " + other->name + " and " + further.name + " are both the " +
+         further.name.substr(0, further.name.rfind('_')) + ": name one, and the other -";
+}
+
 Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view names,
                                                                 char separator,
                                                                 const UnitFactors& factors) {
@@ -325,15 +337,8 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
     auto column = csv_column_named(cell.name, factors);
     if (!column) return Unexpected<std::string>(column.error());
     column->key = cell.key;
-    for (const CsvColumn& other : columns) {
-      if (other.kind == CsvColumn::Kind::kTime && column->kind == other.kind) {
-        return Unexpected<std::string>("the columns " + other.name + " and " + column->name +
-                                       " are both the time: name one, and the other -");
-      }
-      if (other.name != column->name || column->kind == CsvColumn::Kind::kSkip) continue;
-      return Unexpected<std::string>("the column " + column->name +
-                                     " is named twice: name each differently, such as thumb_N and "
-                                     "index_N");
+    if (std::string why = repeated_column(columns, *column); !why.empty()) {
+      return Unexpected<std::string>(std::move(why));
     }
     measures = measures || (column->kind == CsvColumn::Kind::kValue && !column->sync);
     columns.push_back(std::move(*column));

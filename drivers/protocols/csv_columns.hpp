@@ -61,6 +61,10 @@ enum class CsvNumbers : std::uint8_t {
 [[nodiscard]] Expected<std::vector<CsvColumn>, std::string> csv_columns_named(
     std::string_view names, char separator, const UnitFactors& factors = {});
 
+/// Why a further column cannot be read beside others; empty: it can.
+[[nodiscard]] std::string repeated_column(const std::vector<CsvColumn>& columns,
+                                          const CsvColumn& further);
+
 /// The cells of a line.
 [[nodiscard]] std::vector<std::string> csv_cells_of(std::string_view line, char separator);
 

@@ -26,12 +26,19 @@ class CsvDevice final : public SimulatedDevice {
   }
 
   [[nodiscard]] std::string uri_options() const override {
-    std::string columns = "columns=" + header();
-    for (const std::string& name : further_) {
-      columns += "," + (csv_column_named(name) ? name : "-");
+    std::string list = "columns=" + header();
+    std::vector<CsvColumn> columns;
+    for (const std::string& name : csv_names_of(header())) {
+      columns.push_back(*csv_column_named(name));
     }
-    if (!taxels_.empty()) columns += "," + csv_list_of(taxels_);
-    return columns;
+    for (const std::string& name : further_) {
+      const auto column = csv_column_named(name);
+      const bool own = column && repeated_column(columns, *column).empty();
+      list += "," + (own ? name : "-");
+      if (own) columns.push_back(*column);
+    }
+    if (!taxels_.empty()) list += "," + csv_list_of(taxels_);
+    return list;
   }
 
   [[nodiscard]] bool set_columns(const std::vector<std::string>& names) override {

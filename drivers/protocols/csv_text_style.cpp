@@ -61,6 +61,17 @@ bool is_label(const CsvField& field) noexcept {
          field.label.find_first_of(kDigits) == std::string_view::npos;
 }
 
+/// True for the names of one quantity: force_N and force_g, time_s and time_ms.
+bool differ_in_unit(std::string_view a, std::string_view b) {
+  const auto mark = a.rfind('_');
+  if (mark == std::string_view::npos || a.substr(0, mark + 1) != b.substr(0, b.rfind('_') + 1)) {
+    return false;
+  }
+  const auto unit = unit_named(a.substr(mark + 1));
+  const auto other = unit_named(b.substr(mark + 1));
+  return a.substr(0, mark) == "time" || (unit && other && unit->quantity == other->quantity);
+}
+
 bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) noexcept {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
@@ -259,6 +270,13 @@ void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<C
     const auto is_taken = [&] {
       return std::find(taken.begin(), taken.end(), names[i]) != taken.end();
     };
+    const bool in_another_unit = std::ranges::any_of(taken, [&](const std::string& other) {
+      return other != names[i] && differ_in_unit(other, names[i]);
+    });
+    if (in_another_unit) {
+      names[i] = "-";
+      continue;
+    }
     if (is_taken()) {
       const auto mark = names[i].rfind('_');
       if (mark == std::string::npos) {

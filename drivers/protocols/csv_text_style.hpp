@@ -59,7 +59,7 @@ struct CsvField {
 [[nodiscard]] std::string csv_own_name_of(const CsvField& field, const UnitFactors& factors = {});
 
 /// Gives columns of the same name the names of their labels, or numbers: two fields "thumb" and
-/// "index" in N are not both force_N.
+/// "index" in N are not both force_N. A quantity that comes again in another unit is ignored.
 void tell_csv_columns_apart(std::vector<std::string>& names, const std::vector<CsvField>& fields,
                             const UnitFactors& factors = {});
 

@@ -43,10 +43,11 @@ Expected<HidField, std::string> field_of(std::string_view text, const UnitFactor
   };
   if (!whole(offset, 0.0, static_cast<double>(HidFieldMap::kLastBit)) ||
       !whole(bits, 1.0, static_cast<double>(HidFieldMap::kMaxBits)) ||
-      (sign != "s" && sign != "u") || !scale || !std::isfinite(*scale)) {
+      (sign != "s" && sign != "u") || !scale || !std::isfinite(*scale) || *scale == 0.0) {
     return Unexpected<std::string>("\"" + std::string(text) +
                                    "\" must be CHANNEL_UNIT:OFFSET:BITS:s|u:SCALE with 1 to 32 "
-                                   "bits, for example force_N:0:16:s:0.001");
+                                   "bits and a scale other than 0, for example "
+                                   "force_N:0:16:s:0.001");
   }
   HidField field{.offset = static_cast<std::size_t>(*offset),
                  .bits = static_cast<std::size_t>(*bits),
@@ -57,6 +58,9 @@ Expected<HidField, std::string> field_of(std::string_view text, const UnitFactor
     field.scale *= name == "time_us" ? 1e3 : 1e6;
     if (field.is_signed) {
       return Unexpected<std::string>(std::string(name) + " must be unsigned: write u");
+    }
+    if (field.scale < 0.0) {
+      return Unexpected<std::string>(std::string(name) + " must have a positive scale");
     }
     return field;
   }
@@ -198,10 +202,17 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
   if (!factors) return Unexpected<SetupError>(factors.error());
   bool measures = false;
   std::size_t own_names = 0;
+  std::vector<CsvColumn> columns;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const auto field = field_of(take_part(rest, ','), *factors);
+    const std::string_view part = take_part(rest, ',');
+    const auto field = field_of(part, *factors);
     if (!field) return bad_input("fields: " + field.error());
+    const CsvColumn column = *csv_column_named(part.substr(0, part.find(':')), *factors);
+    if (const std::string why = repeated_column(columns, column); !why.empty()) {
+      return bad_input("fields: " + why);
+    }
+    columns.push_back(column);
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);
     HidField& added = map.fields.back();

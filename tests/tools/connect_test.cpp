@@ -270,6 +270,14 @@ TEST(Connect, WaitsForAPortThatIsNotThereYet) {
   EXPECT_EQ(connected.exit_code, 0) << connected.err << connected.out;
 }
 
+TEST(Connect, AHeaderWithTheTimeInTwoUnitsIsRead) {
+  const TemporaryFolder folder;
+  const LinePrinter gauge("0.5,500,0.25", 115200, {.header = "time_s,time_ms,force_N"});
+  const auto connected = run_program({"connect", gauge.name(), "--out", folder.path("s.toml")});
+  EXPECT_NE(connected.out.find("read as: time_s = 0.5, force_N = 0.25"), std::string::npos)
+      << connected.err << connected.out;
+}
+
 TEST(Connect, TakesColumnsThatAreTypedAtItsQuestion) {
   const TemporaryFolder folder;
   const LinePrinter gauge("60.0,1.50");

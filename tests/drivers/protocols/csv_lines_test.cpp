@@ -178,6 +178,28 @@ TEST(CsvInTheWild, TimesAreExactInEveryUnit) {
   EXPECT_TRUE(has(twice.error().sentence, "time_ms and time_s are both the time"));
 }
 
+TEST(CsvInTheWild, AQuantityInTwoUnitsIsRefusedAndInAHeaderReadOnce) {
+  for (const auto& [columns, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"time_s,force_N,force_g", "force_N and force_g are both the force: name one"},
+           {"x_mm,x_um,force_N", "x_mm and x_um are both the x"},
+           {"thumb_g,palm_N,thumb_N", "thumb_g and thumb_N are both the thumb"}}) {
+    const auto uri = Uri::parse("serial:?columns=" + columns);
+    UriOptions options(*uri);
+    const auto made = make_csv_lines(options);
+    ASSERT_FALSE(made) << columns;
+    EXPECT_TRUE(has(made.error().sentence, sentence)) << made.error().sentence;
+  }
+  for (const char* const header :
+       {"time_s,time_ms,force_N,force_g", "t (s);time (ms);F (N);F (g)"}) {
+    Talk talk("csv", "");
+    const std::string row = has(header, ";") ? ";7;0.25;100\n" : ",7,0.25,100\n";
+    talk.take(std::string(header) + "\n0.5" + row + "0.6" + row + "0.7" + row);
+    ASSERT_EQ(talk.stream.readings.size(), 3U) << header;
+    EXPECT_EQ(talk.stream.readings[0][DeviceChannel::kForce], 0.25) << header;
+    EXPECT_EQ(talk.stream.readings[0].device_time, std::chrono::milliseconds{500}) << header;
+  }
+}
+
 TEST(CsvInTheWild, AHeaderMayHaveUnitsInBrackets) {
   for (const char* text : {"Force (g);Depth [um]\n60;1500\n61;1500\n",
                            "note, F_g, depth_um\n9,60,1500\n9,61,1500\n"}) {

@@ -398,6 +398,12 @@ TEST(HidFields, BadMapsAreNamed) {
            {"force_N:0:33:s:1", "1 to 32 bits"},
            {"force_N:0:16:x:1", "must be CHANNEL_UNIT"},
            {"force_N:0:16:s:nan", "must be CHANNEL_UNIT"},
+           {"force_N:0:16:s:0", "a scale other than 0"},
+           {"time_us:0:16:u:-1,force_N:16:8:u:1", "time_us must have a positive scale"},
+           {"force_N:0:16:s:1,force_g:16:16:s:1", "force_N and force_g are both the force"},
+           {"force_N:0:8:u:1,force_N:8:8:u:1", "force_N is named twice"},
+           {"time_us:0:16:u,time_ms:16:16:u,force_N:32:8:u:1", "are both the time"},
+           {"seq:0:8:u,seq:8:8:u,force_N:16:8:u:1", "seq is named twice"},
            {"force_stone:0:16:s:1", "unit of force_stone is unknown"},
            {"weight_C:0:16:s:1", "channel weight_C is unknown"},
            {"time_us:0:16:s", "must be unsigned"}}) {

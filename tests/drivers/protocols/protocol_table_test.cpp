@@ -100,6 +100,27 @@ TEST_P(EveryProtocol, GivesBackWhatItsSimulatedDeviceMeasures) {
   EXPECT_GT(compared, 30U);
 }
 
+TEST(CsvDevice, ItsUriNamesEachQuantityOnce) {
+  const auto entry = find_protocol("csv");
+  ASSERT_TRUE(entry);
+  const auto device = (*entry)->simulate(ProbeSample::kDepth);
+  ASSERT_TRUE(device->set_columns({"time_ms", "seq", "depth_um", "thumb_N", "thumb_g", "note"}));
+  EXPECT_EQ(device->uri_options(), "columns=time_us,seq,depth_mm,-,-,-,thumb_N,-,-");
+  Talk talk("csv", device->uri_options());
+  Bytes wire;
+  device->boot(talk.now, wire);
+  const std::vector<double> others = {7.0, 9.0, 4e3, 0.25, 99.0, 1.0};
+  for (int i = 1; i < 4; ++i) {
+    device->measure({.depth_mm = 1.5, .channels = ProbeSample::kDepth}, others, milliseconds{i},
+                    wire);
+  }
+  talk.take(wire);
+  ASSERT_EQ(talk.stream.readings.size(), 3U);
+  EXPECT_EQ(talk.stream.readings[0][DeviceChannel::kDepth], 1.5);
+  EXPECT_EQ(talk.stream.readings[0][named_channel(0)], 0.25);
+  EXPECT_EQ(talk.stream.readings[0].device_time, milliseconds{1});
+}
+
 /// Forces and depths of every size that a finger meets, and noise about 0, as a real sensor has.
 ProbeSample touch_of_any_size(Random& random, nanoseconds time) {
   const auto any_size = [&](double most) {
