@@ -4,6 +4,7 @@
 #include <string>
 
 #include "drivers/files/csv_text.hpp"
+#include "drivers/printable_text.hpp"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/csv_text_style.hpp"
 #include "drivers/protocols/frame_lines.hpp"
@@ -59,21 +60,10 @@ class CsvLines final : public LineProtocol {
     if (answer.size() >= LineSplitter::kMaxLine) {
       return "lines of less than " + std::to_string(LineSplitter::kMaxLine) + " bytes";
     }
-    const std::size_t columns = names_.layout().size();
-    if (columns == 0) return "lines of numbers";
-    const std::string list = names_.list();
-    if (names_.in_rows()) return "lines that name " + list;
-    const auto values = [](std::size_t count) {
-      return std::to_string(count) + (count == 1 ? " value" : " values");
-    };
-    const std::string where =
-        frames_ ? "frames of " + std::to_string(frames_->lines()) + " lines" : "a line";
-    std::vector<CsvStyle> styles = csv_styles({std::string(answer)});
-    if (style_) styles.assign(1, *style_);
-    std::size_t count = 0;
-    if (!styles.empty() && !frames_) count = csv_cells_of(answer, styles.front().separator).size();
-    return values(columns) + " in " + where + " (" + list + ")" +
-           (count == columns || count == 0 ? "" : ", but this one has " + values(count));
+    if (answer.empty()) return "a newline after each line, and " + expected_in(answer);
+    const bool glued = is_text(answer) && answer.find_first_of("0123456789") != answer.npos &&
+                       csv_styles({std::string(answer)}).empty();
+    return expected_in(answer) + (glued ? ": " + std::string(kSeparateNumbers) : "");
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return measures_; }
@@ -90,6 +80,25 @@ class CsvLines final : public LineProtocol {
 
  private:
   static constexpr std::size_t kLearnFrom = 3;
+
+  [[nodiscard]] std::string expected_in(std::string_view answer) const {
+    const std::size_t columns = names_.layout().size();
+    if (columns == 0) return "lines of numbers";
+    const std::string list = names_.list();
+    if (names_.in_rows()) return "lines that name " + list;
+    const auto values = [](std::size_t count) {
+      return std::to_string(count) + (count == 1 ? " value" : " values");
+    };
+    const std::string where =
+        frames_ ? "frames of " + std::to_string(frames_->lines()) + " lines" : "a line";
+    std::vector<CsvStyle> styles = csv_styles({std::string(answer)});
+    if (style_) styles.assign(1, *style_);
+    std::size_t count = 0;
+    if (!styles.empty() && !frames_) count = csv_cells_of(answer, styles.front().separator).size();
+    return values(columns) + " in " + where + " (" + list + ")" +
+           (count == columns || count == 0 ? "" : ", but this one has " + values(count));
+  }
+
   /// A header that differs from the one before.
   struct NewHeader {
     RowNames names;

@@ -42,6 +42,11 @@ struct CsvField {
 /// likeliest first. \param lines  without their line ends; lines without a digit are ignored
 [[nodiscard]] std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines);
 
+/// For lines that no style reads.
+inline constexpr std::string_view kSeparateNumbers =
+    "let it print = or : between a name and its number, and a comma between values, as in "
+    "F=0.25N,D=1.5mm";
+
 /// The fields of a line. A field of text alone labels the number after it: "F,1.5" is "F: 1.5"
 /// behind a field to ignore.
 [[nodiscard]] std::vector<CsvField> csv_fields_of(std::string_view line, const CsvStyle& style);

@@ -240,7 +240,10 @@ std::string csv_unnamed(std::string_view line, const TextRow& row) {
     return its_lines + "state no units" + remedy + names;
   }
   const std::vector<CsvStyle> styles = csv_styles({std::string(line)});
-  const CsvStyle style = styles.empty() ? CsvStyle{',', false} : styles.front();
+  if (styles.empty()) {
+    return its_lines + "do not tell numbers from text: " + std::string(kSeparateNumbers);
+  }
+  const CsvStyle style = styles.front();
   std::vector<std::string> values = row.values;
   if (values.empty()) values = csv_cells_of(line, style.separator);
   // The first number with decimals is the likeliest force; whole numbers count or tell time.

@@ -270,6 +270,49 @@ TEST(Connect, WaitsForAPortThatIsNotThereYet) {
   EXPECT_EQ(connected.exit_code, 0) << connected.err << connected.out;
 }
 
+TEST(Connect, LinesThatNoStyleReadsAreToldWhatToChange) {
+  const TemporaryFolder folder;
+  const std::string out = folder.path("s.toml");
+  LinePrinter gauge("F0.25N");
+  const auto glued = run_program({"connect", gauge.name(), "--out", out});
+  EXPECT_EQ(glued.exit_code, 3);
+  std::smatch advice;
+  ASSERT_TRUE(std::regex_search(glued.err, advice, std::regex("sends \"F0.25N\".*as in ([^ ]+)\n")))
+      << glued.err;
+  const auto run = run_program({"run", "--probe", "serial:" + gauge.name() + "?protocol=csv"});
+  EXPECT_NE(run.err.find(advice[1]), std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find("merkel connect"), std::string::npos) << run.err;
+  gauge.print(advice[1]);
+  const auto followed = run_program({"connect", gauge.name(), "--out", out});
+  EXPECT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_NE(followed.out.find("read as: force_N = 0.25, depth_mm = 1.5"), std::string::npos)
+      << followed.out;
+}
+
+TEST(Connect, DatagramsWithoutTheEndOfALineAreToldToHaveOne) {
+  const TemporaryFolder folder;
+  const int port = free_ports(1)[0];
+  const std::jthread sender([&](const std::stop_token& stop) {
+    const int descriptor = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in to{.sin_family = AF_INET,
+                   .sin_port = htons(static_cast<std::uint16_t>(port)),
+                   .sin_addr = {htonl(INADDR_LOOPBACK)},
+                   .sin_zero = {}};
+    while (!stop.stop_requested()) {
+      static_cast<void>(
+          ::sendto(descriptor, "7,0.25", 6, 0, reinterpret_cast<sockaddr*>(&to), sizeof to));
+      std::this_thread::sleep_for(milliseconds{10});
+    }
+    ::close(descriptor);
+  });
+  const std::string address = "udp:127.0.0.1:" + std::to_string(port);
+  const auto connected = run_program({"connect", address, "--out", folder.path("s.toml")});
+  EXPECT_EQ(connected.exit_code, 3);
+  EXPECT_NE(connected.err.find("without the end of a line: let it send a newline after each"),
+            std::string::npos)
+      << connected.err;
+}
+
 TEST(Connect, AHeaderWithTheTimeInTwoUnitsIsRead) {
   const TemporaryFolder folder;
   const LinePrinter gauge("0.5,500,0.25", 115200, {.header = "time_s,time_ms,force_N"});

@@ -205,7 +205,27 @@ std::vector<Reading> readings_of(const OpeningBytes& heard, std::string_view sch
   return readings_of_lines(std::move(lines), heard.seconds);
 }
 
-SetupError nothing_made(const std::string& address, const std::string& received) {
+/// What the sender of such a text must change before anyone can read its numbers; empty: nothing.
+std::string unreadable(std::string_view text) {
+  if (!is_text(text)) return {};
+  if (text.find_first_of("\r\n") == std::string_view::npos) {
+    return " without the end of a line: let it send a newline after each";
+  }
+  const std::vector<std::string> lines =
+      lines_of({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  const bool numbers = std::ranges::any_of(lines, [](const std::string& line) {
+    return line.find_first_of("0123456789") != std::string::npos;
+  });
+  if (!numbers || !csv_styles(lines).empty()) return {};
+  return ", which does not tell numbers from text: " + std::string(kSeparateNumbers);
+}
+
+SetupError nothing_made(const std::string& address, const std::string& received,
+                        const std::string& to_change) {
+  if (!to_change.empty()) {
+    return {.kind = SetupError::Kind::kUnavailable,
+            .sentence = "the device at " + address + " sends " + received + to_change};
+  }
   return {.kind = SetupError::Kind::kUnavailable,
           .sentence = received.empty()
                           ? "the device at " + address +
@@ -230,6 +250,7 @@ Expected<Recognition, SetupError> recognise(const std::string& address, bool all
         "and its options (merkel probes lists them)");
   }
   std::string received;
+  std::string to_change;
   bool boots = false;
   std::optional<SetupError> unopened;
   Recognition found{.address = address, .baud = 0};
@@ -248,7 +269,10 @@ Expected<Recognition, SetupError> recognise(const std::string& address, bool all
     boots = boots || heard.silence > kAtOnce;
     found.readings = readings_of(heard, uri->scheme);
     const bool text = is_text(text_of(heard.bytes));
-    if (received.empty() || text) received = shown(heard.bytes);
+    if (received.empty() || text) {
+      received = shown(heard.bytes);
+      to_change = unreadable(text_of(heard.bytes));
+    }
     if (found.readings.empty() && text && !lines_of(heard.bytes).empty()) break;  // the right rate
     if (found.readings.empty()) continue;
     found.baud = serial ? baud : 0;
@@ -266,12 +290,13 @@ Expected<Recognition, SetupError> recognise(const std::string& address, bool all
   };
   if (uri->scheme == "udp") {
     if (try_to_ask(ati_rdt_entry())) return found;
-    return Unexpected<SetupError>(unopened ? *unopened : nothing_made(address, received));
+    return Unexpected<SetupError>(unopened ? *unopened
+                                           : nothing_made(address, received, to_change));
   }
   for (const ProtocolEntry& entry : protocol_table()) {
     if (entry.name != "csv" && is_carried(entry, uri->scheme) && try_to_ask(entry)) return found;
   }
-  return Unexpected<SetupError>(nothing_made(address, received));
+  return Unexpected<SetupError>(nothing_made(address, received, to_change));
 }
 
 }  // namespace merkel

@@ -200,6 +200,23 @@ TEST(CsvInTheWild, AQuantityInTwoUnitsIsRefusedAndInAHeaderReadOnce) {
   }
 }
 
+TEST(CsvInTheWild, LinesThatNoStyleReadsAndLinesWithoutAnEndAreToldWhatToChange) {
+  Talk glued("csv", "columns=force_N");
+  glued.take("x\nF0.25N\nF0.25N\nF0.25N\n");
+  EXPECT_TRUE(glued.stream.readings.empty());
+  EXPECT_TRUE(has(glued.protocol->expected("F0.25N"), "as in F=0.25N,D=1.5mm"))
+      << glued.protocol->expected("F0.25N");
+  Talk advised("csv", "");
+  advised.take("F=0.25N,D=1.5mm\nF=0.25N,D=1.5mm\nF=0.25N,D=1.5mm\nF=0.25N,D=1.5mm\n");
+  ASSERT_GE(advised.stream.readings.size(), 3U);
+  EXPECT_EQ(advised.stream.readings[0][DeviceChannel::kForce], 0.25);
+  EXPECT_EQ(advised.stream.readings[0][DeviceChannel::kDepth], 1.5);
+  Talk endless("csv", "columns=time_ms,force_N");
+  endless.take("1,0.252,0.253,0.25");
+  EXPECT_EQ(endless.protocol->expected(endless.stream.answer),
+            "a newline after each line, and 2 values in a line (time_ms,force_N)");
+}
+
 TEST(CsvInTheWild, AHeaderMayHaveUnitsInBrackets) {
   for (const char* text : {"Force (g);Depth [um]\n60;1500\n61;1500\n",
                            "note, F_g, depth_um\n9,60,1500\n9,61,1500\n"}) {
