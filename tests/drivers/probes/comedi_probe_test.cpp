@@ -175,6 +175,28 @@ TEST_F(ComediProbe, AChannelIsASyncLineFromALevelOn) {
   for (std::size_t i = 1; i < levels.size(); ++i) EXPECT_NE(levels[i], levels[i - 1]);
 }
 
+// A TTL line on a range of 5 V is always at an end of it.
+TEST(AnalogScans, ASyncLineAtAnEndOfTheRangeSaturatesNothing) {
+  AnalogFormat format{.columns = *csv_columns_named("force_mN,sync", ','),
+                      .conversions = {{.coefficients = {0.0, 1.0}, .largest = 1000},
+                                      {.coefficients = {0.0, 0.005}, .largest = 1000}},
+                      .sample_bytes = 2,
+                      .period = milliseconds{1}};
+  const auto scans = make_analog_scans(std::move(format));
+  DeviceStream stream;
+  for (const int sync : {1000, 0}) {
+    for (const int force : {500, 1000}) {
+      std::vector<std::uint8_t> bytes;
+      for (const int raw : {force, sync}) {
+        bytes.push_back(static_cast<std::uint8_t>(raw & 0xFFU));
+        bytes.push_back(static_cast<std::uint8_t>(raw >> 8U));
+      }
+      scans->take(bytes, nanoseconds{0}, stream);
+      EXPECT_EQ(stream.readings.back().saturated, force == 1000) << force << " " << sync;
+    }
+  }
+}
+
 // Two minutes of 20 kHz on eight channels, read in the kernel's portions, by a clock that is 40 ppm
 // fast.
 TEST_F(ComediProbe, EveryScanArrivesOnceAndInItsPlace) {
