@@ -9,6 +9,7 @@
 
 #include "core/expected.hpp"
 #include "core/records/record_batch.hpp"
+#include "drivers/clock/clock_map.hpp"
 
 namespace merkel {
 
@@ -27,6 +28,9 @@ class RunJournal {
 
   /// Reads all records from the beginning, in bounded memory. Returns the reason if it cannot.
   [[nodiscard]] virtual Expected<void, std::string> read(const Take& take) = 0;
+
+  /// The readings of the host's clocks during the run, from its clock to UTC; known after read().
+  [[nodiscard]] virtual std::vector<ClockReading> clock_readings() const { return {}; }
 
   /// One of several runs in a journal. Its records have its own numbers of neurons, probes and
   /// electrodes.

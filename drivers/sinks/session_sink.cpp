@@ -71,6 +71,7 @@ class SessionWriter final : public FileSink {
         run_(setup.run),
         afferents_(afferents_of(setup)),
         journal_(setup.session_journal),
+        source_(setup.journal),
         frames_(frames) {
     const std::size_t probes = std::clamp<std::size_t>(
         std::max(run_.probes.size(), run_.model.indenters.size()), 1, kMaxSessionProbes);
@@ -114,7 +115,12 @@ class SessionWriter final : public FileSink {
   [[nodiscard]] Expected<void, SinkError> close() override {
     if (auto started = begin({}); !started) return started;
     if (auto written = write_waiting(); !written) return written;
-    if (!write_clocks() || !chunks_.write_clock_offsets() || !chunks_.write_footers()) {
+    bool clocks = write_clocks();
+    for (const ClockReading& each :
+         source_ ? source_->clock_readings() : std::vector<ClockReading>()) {
+      clocks = clocks && write_clocks({.monotonic = each.from, .utc = each.to});
+    }
+    if (!clocks || !chunks_.write_clock_offsets() || !chunks_.write_footers()) {
       return settle(false);
     }
     auto closed = settle(file().close());
@@ -157,13 +163,12 @@ class SessionWriter final : public FileSink {
   }
 
   /// Writes a reading of the clocks, with which sessions of several hosts are aligned.
-  bool write_clocks() {
-    if (!live_) return true;
+  bool write_clocks() { return !live_ || write_clocks(read_clock_pair()); }
+  bool write_clocks(const ClockPair& now) {
     if (!std::exchange(begun_[kClockStreamId], true) &&
         !chunks_.write_header(kClockStreamId, clock_header())) {
       return false;
     }
-    const ClockPair now = read_clock_pair();
     chunks_.begin_sample(kClockStreamId, now.monotonic, true);
     chunks_.append(std::int64_t{now.monotonic.count()});
     chunks_.append(std::int64_t{now.utc.count()});
@@ -279,6 +284,7 @@ class SessionWriter final : public FileSink {
   RunDescription run_;
   std::vector<AfferentRow> afferents_;
   std::shared_ptr<SessionJournal> journal_;  ///< null: no sink waits for this session
+  std::shared_ptr<RunJournal> source_;       ///< the recorded run that is copied; else null
   bool frames_;
   std::vector<ProbeStream> probe_streams_;
   RecordLists<RecordVector> waiting_;

@@ -36,6 +36,18 @@ Recorded read_session(const std::string& path) {
   return recorded;
 }
 
+/// The readings of the host's clocks.
+std::vector<std::pair<std::chrono::nanoseconds, std::chrono::nanoseconds>> clocks_of(
+    const std::string& path) {
+  std::vector<std::pair<std::chrono::nanoseconds, std::chrono::nanoseconds>> clocks;
+  auto session = SessionReader::open(path);
+  EXPECT_TRUE(session && session->for_each([](const SessionChunk&) {}));
+  if (!session) return clocks;
+  for (const ClockReading& each : session->clock_readings())
+    clocks.emplace_back(each.from, each.to);
+  return clocks;
+}
+
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
@@ -75,6 +87,8 @@ TEST(SessionFrames, TheBytesOfARunParseAgainToItsSamples) {
   const std::string copy = folder.path("copy.xdf");
   ASSERT_EQ(run_program({"export", path, "--sink", "xdf:" + copy + "?frames=1"}).exit_code, 0);
   EXPECT_EQ(read_session(copy).frames, recorded.frames);
+  EXPECT_FALSE(clocks_of(path).empty());
+  EXPECT_EQ(clocks_of(copy), clocks_of(path));
   for (const char* fact : {"clock_utc_ns", "probe_serial_number", "scene", "kernel"}) {
     EXPECT_EQ(run_program({"inspect", "session", copy, "--fact", fact}).out,
               run_program({"inspect", "session", path, "--fact", fact}).out);

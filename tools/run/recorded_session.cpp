@@ -101,6 +101,8 @@ Expected<void, std::string> RecordedSession::read(const Take& take) {
     if (!*more || !take(batch_of(chunk))) break;
   }
   complete_ = session->complete();
+  clock_readings_ = session->clock_readings();
+  for (ClockReading& each : clock_readings_) each.from = clock_(each.from);
   return {};
 }
 

@@ -34,6 +34,9 @@ class RecordedSession final : public RunJournal {
   /// Reads the next chunk of a reader of this session, numbered and checked.
   [[nodiscard]] Expected<bool, SetupError> next(SessionReader& reader, SessionChunk& chunk) const;
   [[nodiscard]] Expected<void, std::string> read(const Take& take) override;
+  [[nodiscard]] std::vector<ClockReading> clock_readings() const override {
+    return clock_readings_;
+  }
 
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
   [[nodiscard]] const std::optional<Scene>& scene() const noexcept { return scene_; }
@@ -51,7 +54,8 @@ class RecordedSession final : public RunJournal {
   std::optional<SessionNumbering> numbering_;
   RunDescription run_;
   RunOrigin origin_;
-  ClockMap clock_;  ///< to the clock of set_clock()
+  ClockMap clock_;                            ///< to the clock of set_clock()
+  std::vector<ClockReading> clock_readings_;  ///< those of the last read()
   std::uint32_t neurons_ = 0;
   bool complete_ = true;
 };
