@@ -215,7 +215,7 @@ OutputFile::~OutputFile() {
 bool OutputFile::fail(int error_number, std::string_view remedy) {
   if (error_.empty()) {
     error_ = cannot_write(path_, error_number) + "; " + std::string(remedy) +
-             (part_.empty() ? "" : "; earlier data is in " + part_);
+             (part_.empty() ? "" : std::string(kEarlierDataIn) + part_);
   }
   return false;
 }

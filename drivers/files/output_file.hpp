@@ -30,6 +30,9 @@ class OutputFile {
   /// Longest time in the buffer, provided that calls are made.
   static constexpr std::chrono::milliseconds kFlushAfter{100};
 
+  /// In error(), before the name of the part.
+  static constexpr std::string_view kEarlierDataIn = "; earlier data is in ";
+
   /// Fails if the file was read (ReadFiles), exists (unless `overwrite`), cannot be created, or is
   /// being written by another program; for a FIFO, if no program reads it within 10 s.
   [[nodiscard]] static Expected<OutputFile, SetupError> create(const std::string& path,

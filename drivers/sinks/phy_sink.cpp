@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -141,8 +142,12 @@ Written write_phy(const PhyFolder& folder, RunJournal& journal) {
   if (written) written = folder.write_channels();
   if (written) written = folder.write_spikes(journal);
   std::error_code ignored;
-  if (!written && made) std::filesystem::remove_all(folder.path, ignored);
-  return written;
+  if (written || !made) return written;
+  std::filesystem::remove_all(folder.path, ignored);
+  // What the sentence says was kept is gone with the folder.
+  std::string error = written.error();
+  error.resize(std::min(error.find(OutputFile::kEarlierDataIn), error.size()));
+  return Unexpected<std::string>(std::move(error));
 }
 
 }  // namespace

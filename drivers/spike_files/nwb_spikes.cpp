@@ -100,15 +100,17 @@ Expected<void, std::string> read_nwb(hid_t hdf5, SpikeFile& file, RecordedZero& 
   if (!has_object(hdf5, "/units")) return Unexpected<std::string>("it has no /units");
   const auto times_s = numbers<double>(hdf5, "/units/spike_times", H5T_NATIVE_DOUBLE);
   if (!times_s) return Unexpected<std::string>(times_s.error());
-  const auto ends = numbers<std::uint64_t>(hdf5, "/units/spike_times_index", H5T_NATIVE_UINT64);
+  const auto ends = numbers<std::int64_t>(hdf5, "/units/spike_times_index", H5T_NATIVE_INT64);
   if (!ends) return Unexpected<std::string>(ends.error());
   zero.take_all(text_at(hdf5, "/general/notes").value_or(""));
   const auto misfit = Unexpected<std::string>("/units/spike_times_index does not fit spike_times");
-  if ((ends->empty() ? 0 : ends->back()) != times_s->size()) return misfit;
-  std::uint64_t i = 0;
+  if (std::cmp_not_equal(ends->empty() ? 0 : ends->back(), times_s->size())) return misfit;
+  std::size_t i = 0;
   for (std::size_t unit = 0; unit < ends->size(); ++unit) {
-    if ((*ends)[unit] < i || (*ends)[unit] > times_s->size()) return misfit;
-    for (; i < (*ends)[unit]; ++i) {
+    if (std::cmp_less((*ends)[unit], i) || std::cmp_greater((*ends)[unit], times_s->size())) {
+      return misfit;
+    }
+    for (; std::cmp_less(i, (*ends)[unit]); ++i) {
       if (!add(file, (*times_s)[i] * 1e9, unit + 1)) return impossible(i);
     }
   }

@@ -38,12 +38,13 @@ class Files(merkel_program.TestCase):
         return spikes
 
     def test_hdf5_files_whose_spikes_are_no_list_say_so(self):
-        self.record("nwb:" + self.path("s.nwb"))
+        spikes = self.record("nwb:" + self.path("s.nwb"))
         for dataset, value, sentence in (
                 ("/units/spike_times", np.ones((2, 3)), "has 2 dimensions instead of one: store a list"),
                 ("/units/spike_times", np.array([b"x"]), "does not hold numbers"),
                 ("/units/spike_times_index", 7, "is a single value instead of a list"),
-                ("/units/spike_times_index", np.array([1]), "does not fit spike_times")):
+                ("/units/spike_times_index", np.array([1]), "does not fit spike_times"),
+                ("/units/spike_times_index", np.array([-1, len(spikes)]), "does not fit spike_times")):
             copy = self.path("damaged.nwb")
             shutil.copy(self.path("s.nwb"), copy)
             with h5py.File(copy, "a") as file:

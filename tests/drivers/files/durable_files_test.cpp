@@ -223,6 +223,10 @@ TEST_P(DurableFiles, EveryFailingCallIsAnErrorAndCostsNoSpikeThatWasFlushed) {
         break;
       }
       EXPECT_NE(said, "") << format.scheme << " call " << call;
+      // Nothing is said to be kept in a folder that is gone.
+      EXPECT_TRUE(said.find("data is in " + path + "/") == std::string::npos ||
+                  std::filesystem::exists(path))
+          << said;
       const int spikes = format.check(path);
       EXPECT_GE(spikes, before) << format.scheme << " call " << call << ": " << said;
       EXPECT_LE(spikes, kAll);
