@@ -262,10 +262,14 @@ std::optional<RecordedRun> TraceReader::run() const {
 }
 
 /// Why a value of the row cannot be used; empty: it can.
-std::string TraceReader::fault_of(const CsvColumn& column) const {
+std::string TraceReader::fault_of(const CsvColumn& column, std::string_view field) const {
   if (column.kind == CsvColumn::Kind::kTime) {
     const auto& time = reading_.device_time;
-    if (reading_.wrong_time) return "not a finite time: correct or remove this row";
+    if (reading_.wrong_time) {
+      return std::isfinite(parse_number(field).value_or(HUGE_VAL))
+                 ? "beyond ±4e9 s: check its unit"
+                 : "not a finite time: correct or remove this row";
+    }
     if (rows_ == 0 || *time > last_time_) return {};
     return *time == last_time_
                ? "the same time as in the previous row (resolution: 1 ns): remove one"
@@ -291,7 +295,7 @@ std::string TraceReader::read_fields() {
     const std::string_view field = take_field(rest);
     const bool read = read_csv_column(column, field, CsvNumbers::kPlain, reading_, number);
     const std::string fault =
-        read ? fault_of(column)
+        read ? fault_of(column, field)
              : (column.kind == CsvColumn::Kind::kTime ? "not a finite time" : "not a number") +
                    std::string(": correct or remove this row");
     if (!fault.empty()) return column.name + " is \"" + std::string(field) + "\", " + fault;

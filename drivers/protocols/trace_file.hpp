@@ -71,7 +71,7 @@ class TraceReader final : public SampleSource {
   Expected<void, SetupError> parse_row(ReadingHead& head, std::span<double> row);
   /// The first field of a row that its column refuses, with the reason; empty: none.
   [[nodiscard]] std::string read_fields();
-  [[nodiscard]] std::string fault_of(const CsvColumn& column) const;
+  [[nodiscard]] std::string fault_of(const CsvColumn& column, std::string_view field) const;
   [[nodiscard]] std::string listed_extra_columns() const;
   void read_comment(std::string_view line);
   Expected<void, SetupError> add_column(const std::string& name);

@@ -70,6 +70,8 @@ class Arguments(unittest.TestCase):
         for duration_s in (0, -1, float("nan"), float("inf"), 1e300):
             self.assert_error("duration_s must be a number of seconds from 1e-6 to 4e9, but is", merkel.connect, LIVE, duration_s=duration_s)
             self.assert_error("duration_s must be a number of seconds", merkel.Scene("paper").run, duration_s=duration_s)
+        with merkel.connect(LIVE) as bridge:
+            self.assert_error("timeout_s must be a number of seconds, but is nan", bridge.read, float("nan"))
         self.assert_error("most_unread must be at least 1, but is 0", merkel.connect, LIVE, most_unread=0)
 
     def test_a_long_value_is_cut_where_it_is_echoed(self):
@@ -175,6 +177,13 @@ class Gaps(unittest.TestCase):
         got += [interrupted.push(20.5, **press).spikes]
         expected += [whole.push(20.5, **press).spikes]
         np.testing.assert_array_equal(np.concatenate(got), np.concatenate(expected))
+
+    def test_control_c_ends_a_fit(self):
+        timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            # It would take hours.
+            merkel.fit("goodwin", trials=16, evaluations=100_000, parameters=["gain_Hz_per_kPa", "field_radius_mm"])
 
 
 class Threads(unittest.TestCase):

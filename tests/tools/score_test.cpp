@@ -167,13 +167,28 @@ TEST(Fit, LeavesOutWhatIsKeptForACheck) {
             "the data file contains no rates or declines to fit");
 }
 
+TEST(Fit, EndsWhereItsProgressSaysSo) {
+  TactileModel::Parameters scene = preset_scene("goodwin")->model;
+  std::vector<DataSet> sets = {published_recordings().sets[0]};
+  sets[0].points.resize(2);
+  int asked = 0;
+  const auto result =
+      fit(scene, sets, {"gain_Hz_per_kPa"}, 4, 100'000, [&](double) { return ++asked < 5; });
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().sentence, "the fit was ended");
+  EXPECT_EQ(asked, 5);
+}
+
 TEST(Fit, SaysWhatTheDataDoNotDetermine) {
   TactileModel::Parameters scene = preset_scene("goodwin")->model;
   std::vector<DataSet> sets = {published_recordings().sets[0]};
   sets[0].points.resize(2);
   std::vector<double> done;
   const auto result = fit(scene, sets, {"gain_Hz_per_kPa", "slow_weight", "fast_weight"}, 4, 30,
-                          [&](double fraction) { done.push_back(fraction); });
+                          [&](double fraction) {
+                            done.push_back(fraction);
+                            return true;
+                          });
   ASSERT_TRUE(result) << result.error().sentence;
   EXPECT_EQ(result->measurements, 2U);
   EXPECT_FALSE(result->determined());

@@ -88,9 +88,14 @@ Expected<std::string, SetupError> fit_and_write(const FitCommand& command, Scene
                                                 std::string& failure, const ReportFolder& folder) {
   std::vector<std::string> names = command.parameters;
   if (names.empty()) names = {"gain_Hz_per_kPa", "fast_weight", "slow_weight"};
-  const auto result =
-      fit(scene.model, recordings.sets, names, static_cast<std::size_t>(command.trials),
-          static_cast<int>(command.evaluations), folder.progress, jobs_or_cores(command.threads));
+  const auto result = fit(
+      scene.model, recordings.sets, names, static_cast<std::size_t>(command.trials),
+      static_cast<int>(command.evaluations),
+      [&](double share) {
+        folder.report(share);
+        return true;
+      },
+      jobs_or_cores(command.threads));
   if (!result) return Unexpected<SetupError>(result.error());
   set_fitted(scene.model, *result);
   if (!out.write(scene_of(command, scene, *result)) || !out.close()) {

@@ -151,6 +151,8 @@ TEST(TraceReader, EveryErrorHasFileLineAndRemedy) {
             "t.csv:2: depth_mm is \"nan\", not finite: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,1\ninf,1\n"),
             "t.csv:3: time_s is \"inf\", not a finite time: correct or remove this row");
+  EXPECT_EQ(sentence_about("time_ms,depth_mm\n0,1\n9e12,1\n"),
+            "t.csv:3: time_ms is \"9e12\", beyond ±4e9 s: check its unit");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n0,deep\n"),
             "t.csv:2: depth_mm is \"deep\", not a number: correct or remove this row");
   EXPECT_EQ(sentence_about("time_s,depth_mm\n1,0\n0.5,0\n"),

@@ -1,6 +1,7 @@
 #include "tools/python/src/bridge_object.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <pybind11/stl.h>
@@ -287,6 +288,9 @@ block ends the run.)")
       .def(
           "read",
           [](BridgeObject& bridge, double timeout_s) {
+            if (std::isnan(timeout_s)) {
+              throw Error("timeout_s must be a number of seconds, but is nan");
+            }
             return output_of(
                 read(bridge, units::nanoseconds_from_s(std::clamp(timeout_s, 0.0, 1e6))));
           },

@@ -46,9 +46,16 @@ py::dict fit_scene(const SceneObject& given, const std::string& data,
       }
     };
   }
+  const auto goes_on = [&](double /*share*/) {
+    const GilAcquire gil;
+    if (raised || PyErr_CheckSignals() == 0) return !raised;
+    raised = std::make_exception_ptr(py::error_already_set());
+    return false;
+  };
   auto result = [&] {
     const GilRelease release;
-    return fit(scene.model, recordings.sets, names, trials, evaluations, {}, threads, responses);
+    return fit(scene.model, recordings.sets, names, trials, evaluations, goes_on, threads,
+               responses);
   }();
   if (raised) std::rethrow_exception(raised);
   if (!result) throw Error(result.error().sentence);

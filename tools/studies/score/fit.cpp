@@ -200,8 +200,7 @@ double* FitParameter::in(TactileModel::Parameters& model) const {
 Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
                                     const std::vector<DataSet>& given,
                                     const std::vector<std::string>& names, std::size_t trials,
-                                    int most_evaluations,
-                                    const std::function<void(double)>& progress,
+                                    int most_evaluations, const FitProgress& progress,
                                     std::size_t threads, const FitResponses& elsewhere) {
   if (!scene.energy_driven()) {
     return bad_input(
@@ -225,12 +224,15 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     return with_values(scene, *parameters, values_of(logarithms));
   };
   int evaluations = 0;
-  bool ended = false;  // by `elsewhere`
+  bool ended = false;  // by `progress` or `elsewhere`
   const auto answers_of = [&](const std::vector<double>& logarithms) -> Eigen::VectorXd {
     ++evaluations;
+    ended =
+        ended ||
+        (progress && !progress(std::min(1.0, static_cast<double>(evaluations) / most_evaluations)));
+    if (ended) return Eigen::VectorXd::Zero(measured.size());
     if (!elsewhere) return answers.of(with(logarithms));
-    const std::vector<double> responses =
-        ended ? std::vector<double>() : elsewhere(values_of(logarithms));
+    const std::vector<double> responses = elsewhere(values_of(logarithms));
     ended = static_cast<Eigen::Index>(responses.size()) != measured.size();
     if (ended) return Eigen::VectorXd::Zero(measured.size());
     return Eigen::VectorXd::Map(responses.data(), measured.size());
@@ -244,9 +246,6 @@ Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
     const TactileModel::Parameters changed = with(logarithms);
     if (!valid(changed)) return 1e6;
     const Eigen::VectorXd difference = answers_of(logarithms) - measured;
-    if (progress) {
-      progress(std::min(1.0, static_cast<double>(evaluations) / most_evaluations));
-    }
     return (weights.array() * difference.array().square()).sum();
   };
 

@@ -54,6 +54,8 @@ struct FitResult {
 /// Sets the fitted parameters, in the six digits that reports show.
 void set_fitted(TactileModel::Parameters& model, const FitResult& result);
 
+/// Takes the share of the evaluations that are made. False: the fit ends.
+using FitProgress = std::function<bool(double share)>;
 /// The model's responses to all points of a fit, computed elsewhere from the values of the fitted
 /// parameters; empty: the fit ends.
 using FitResponses = std::function<std::vector<double>(const std::vector<double>& values)>;
@@ -85,12 +87,9 @@ class FitPart {
 /// are computed once, and again for each radius of the receptive field. Sets with fit = false are
 /// ignored. The result is the same for any number of threads, and with `elsewhere`. Fails where a
 /// name is unknown or the scene's neurons are driven otherwise.
-[[nodiscard]] Expected<FitResult, SetupError> fit(TactileModel::Parameters& scene,
-                                                  const std::vector<DataSet>& sets,
-                                                  const std::vector<std::string>& names,
-                                                  std::size_t trials, int most_evaluations,
-                                                  const std::function<void(double)>& progress,
-                                                  std::size_t threads = 1,
-                                                  const FitResponses& elsewhere = {});
+[[nodiscard]] Expected<FitResult, SetupError> fit(
+    TactileModel::Parameters& scene, const std::vector<DataSet>& sets,
+    const std::vector<std::string>& names, std::size_t trials, int most_evaluations,
+    const FitProgress& progress, std::size_t threads = 1, const FitResponses& elsewhere = {});
 
 }  // namespace merkel
