@@ -58,6 +58,12 @@ TEST(Bundle, ASceneWithAMeasuredShapeRunsFromTheBundleAlone) {
   ASSERT_EQ(run_program({"run", scene, "--fast", "--duration-s", "0.3", "--sink", "xdf:" + session})
                 .exit_code,
             0);
+  // The text of its scene has the name of the heights alone, as that of the scene itself.
+  const ProgramRun text = run_program({"scene", session});
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_TRUE(has(text.err, "holds the heights of corner.csv")) << text.err;
+  EXPECT_TRUE(has(text.err, "merkel bundle " + session + " --out FOLDER")) << text.err;
+  EXPECT_EQ(run_program({"scene", scene}).err, "");
   ASSERT_EQ(run_program({"bundle", session, "--out", out, "--skip-score"}).exit_code, 0);
   const std::string spikes = folder.path("again.csv");
   const ProgramRun again = run_program(

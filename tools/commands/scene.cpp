@@ -1,8 +1,10 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <variant>
 
 #include "core/parameters/nearest_name.hpp"
+#include "drivers/sessions/session_samples.hpp"
 #include "tools/commands/command.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -15,6 +17,17 @@ struct SceneCommand {
   bool keys = false;
   bool list = false;
 };
+
+/// The text of a session's scene names the files of its shapes, which may hold others by now.
+void note_shapes(const Scene& scene, const std::string& session) {
+  for (const auto& indenter : scene.model.indenters) {
+    const auto* const shape = std::get_if<ShapeTip>(&indenter.tip);
+    if (shape == nullptr || !SessionSamples::is_session(session)) continue;
+    warn(session + " holds the heights of " + shape->file +
+         ", of which this text has the name alone: merkel bundle " + session +
+         " --out FOLDER writes both");
+  }
+}
 
 int print_scene(const SceneCommand& command) {
   if (command.keys) {
@@ -33,6 +46,7 @@ int print_scene(const SceneCommand& command) {
   const auto scene = scene_named(command.scene);
   if (!scene) return refuse(scene.error());
   std::fputs(scene_text(*scene).c_str(), stdout);
+  note_shapes(*scene, command.scene);
   return kDone;
 }
 
