@@ -555,5 +555,12 @@ TEST(Run, MemoryDoesNotGrowWithTheTrace) {
 }
 #endif
 
+TEST(Run, ADurationBelowATickIsRefused) {
+  const auto none = run_program({"run", "--fast", "--duration-s", "0.0009"});
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("s is shorter than a tick of 0.001 s"), std::string::npos) << none.err;
+  EXPECT_EQ(run_program({"run", "--fast", "--duration-s", "0.001"}).exit_code, 0);
+}
+
 }  // namespace
 }  // namespace merkel

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/units.hpp"
 #include "drivers/files/input_file.hpp"
 #include "drivers/probes/channel_selection.hpp"
 #include "drivers/probes/limited_probe.hpp"
@@ -234,6 +235,12 @@ void PreparedRun::add_probes_to(Pipeline& pipeline) {
 Expected<std::unique_ptr<Pipeline>, SetupError> PreparedRun::pipeline_to(
     const std::vector<std::string>& sinks, SinkSetup setup,
     const std::function<void(const std::string&)>& on_address) {
+  const auto tick = model->parameters().tick;
+  if (parameters.duration && *parameters.duration < tick) {
+    return bad_input("a run of " + shortest_decimal(units::s_from(*parameters.duration)) +
+                     " s is shorter than a tick of " + shortest_decimal(units::s_from(tick)) +
+                     " s: nothing would be simulated");
+  }
   auto pipeline = std::make_unique<Pipeline>(*model, parameters);
   add_probes_to(*pipeline);
   setup.neurons = static_cast<std::uint32_t>(model->neurons());
