@@ -56,10 +56,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     lines.add(entry);
     if (!protocol) {
       if (lines.fields().empty()) continue;
-      std::string columns = "time_s";
-      for (const RedisField& field : lines.fields()) columns += "," + field.column;
       Uri uri = *Uri::parse("redis:x");
-      uri.options["columns"] = columns;
+      uri.options["columns"] = lines.columns();
       UriOptions options(uri);
       auto made = make_csv_lines(options);
       if (!made) return 0;
