@@ -455,6 +455,7 @@ void Pipeline::Parts::finish(RunReport& report) {
   report.largest_delay = delays.longest();
   report.simulated = simulated_in(report, model.parameters().tick);
   sinks.finish(report, parameters.ending_patience, end_now);
+  static_cast<RunCounters&>(report) = counters();  // sinks may have refused the last commands
   sinks.take_notices(parameters.on_notice);
 }
 

@@ -20,6 +20,16 @@ void GateThread::refuse(std::span<const SentCommand> commands, std::uint32_t sin
   }
 }
 
+/// Sends the record what receivers have refused since the last call.
+void GateThread::push_refused() {
+  std::vector<SentCommand> refused;
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(refused, refused_);
+  }
+  if (!refused.empty()) push(refused, true);
+}
+
 void GateThread::push(std::span<const SentCommand> commands, bool only_records) {
   for (const Output& output : outputs_) {
     if (only_records && !output.records) continue;
@@ -37,7 +47,6 @@ void GateThread::run(const std::stop_token& stop) {
   StimulationGate gate = watch_.make_gate();
   std::vector<std::chrono::nanoseconds> newest(watch_.patches());
   std::vector<StimulationCommand> commands;
-  std::vector<SentCommand> refused;
   Feed<StimulationCommand>& input = input_.feed<StimulationCommand>();
   std::uint64_t seen = 0;
   for (bool ended = false; !ended;) {
@@ -49,15 +58,22 @@ void GateThread::run(const std::stop_token& stop) {
     // The gate is asked also if no command waits: it is the watchdog.
     push(gate.pass(commands, watch_.moment(newest)), false);
     watch_.count(gate.counts());
-    {
-      const std::lock_guard lock(mutex_);
-      std::swap(refused, refused_);
-    }
-    if (!refused.empty()) push(refused, true);
-    refused.clear();
+    push_refused();
     if (!ended) input_.beat.wait(seen, kGateEvery);
   }
+  end(false);
+  // A receiver may still refuse what waits for it.
+  while (receiving_.load(std::memory_order_acquire) > 0 && !stop.stop_requested()) {
+    push_refused();
+    std::this_thread::sleep_for(kGateEvery);
+  }
+  push_refused();
+  end(true);
+}
+
+void GateThread::end(bool records) {
   for (const Output& output : outputs_) {
+    if (output.records != records) continue;
     output.channel->feed<SentCommand>().end();
     output.channel->new_commands.release();
   }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -31,6 +33,7 @@ class GateThread {
   /// \param records  the sink also gets what other sinks refused
   void add(ConsumerChannel& channel, bool records) {
     outputs_.push_back({.channel = &channel, .records = records});
+    if (!records) receiving_.fetch_add(1, std::memory_order_relaxed);
   }
   /// \param realtime  of the simulation. The watch is guarded by now.
   void start(const RealtimeSettings& realtime) {
@@ -39,6 +42,8 @@ class GateThread {
   }
   /// Takes the commands that a sink did not pass on. Thread: any.
   void refuse(std::span<const SentCommand> commands, std::uint32_t sink);
+  /// A sink without `records` refuses nothing more. Once for each; thread: any.
+  void end_receiver() noexcept { receiving_.fetch_sub(1, std::memory_order_release); }
 
  private:
   static constexpr std::size_t kRoom = 65536;
@@ -48,6 +53,8 @@ class GateThread {
   };
   void run(const std::stop_token& stop);
   void push(std::span<const SentCommand> commands, bool only_records);
+  void push_refused();
+  void end(bool records);
 
   ConsumerChannel& input_;
   RunWatch& watch_;
@@ -55,6 +62,7 @@ class GateThread {
   std::vector<Output> outputs_;
   std::mutex mutex_;
   std::vector<SentCommand> refused_;  ///< guarded by mutex_
+  std::atomic<std::size_t> receiving_{0};
   std::jthread thread_;
 };
 

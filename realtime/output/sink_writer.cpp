@@ -184,6 +184,7 @@ void SinkWriter::write_all(const std::stop_token& stop) {
     priority_.emplace(sources_.realtime, sink_.transport_threads());
   }
   write_until_ended(stop);
+  if (outlet_) sources_.gate->end_receiver();
   ending_.wait(Ending::kNotYet, std::memory_order_acquire);
   if (started_) attempt([&] { write_waiting(); });  // marks set after the last item
   const bool complete = ending_.load(std::memory_order_acquire) == Ending::kClose;

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <semaphore>
 #include <set>
 #include <string>
 #include <thread>
@@ -17,6 +18,7 @@
 
 #include "core/encoding/encoded_model.hpp"
 #include "core/encoding/stimulation_encoder.hpp"
+#include "core/encoding/stimulation_outlet.hpp"
 #include "core/math/random.hpp"
 #include "core/scene/tactile_model.hpp"
 #include "realtime/input/drive_input.hpp"
@@ -535,22 +537,55 @@ class AwaySink final : public Sink {
   std::string uri_ = "away:";
 };
 
+/// Takes its first commands once the last ones have left, and all of them are too old.
+class StuckSink final : public Sink {
+ public:
+  StuckSink(std::vector<SentCommand>& received, std::binary_semaphore& last_left)
+      : received_(received), last_left_(last_left) {}
+  [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
+  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
+    return kKinds<SentCommand>;
+  }
+  Expected<void, SinkError> write(const RecordBatch& batch) override {
+    received_.insert(received_.end(), batch.sent.begin(), batch.sent.end());
+    if (!std::exchange(stuck_, true)) {
+      last_left_.acquire();
+      std::this_thread::sleep_for(2 * StimulationOutlet::kPatience);
+    }
+    return {};
+  }
+  Expected<void, SinkError> close() override { return {}; }
+
+ private:
+  std::vector<SentCommand>& received_;
+  std::binary_semaphore& last_left_;
+  bool stuck_ = false;
+  std::string uri_ = "stuck:";
+};
+
 /// Records the commands of the encoder and what left.
 class JournalSink final : public Sink {
  public:
-  explicit JournalSink(std::vector<SentCommand>& sent) : sent_(sent) {}
+  /// \param last_left  released once the last command has left
+  explicit JournalSink(std::vector<SentCommand>& sent, std::binary_semaphore* last_left = nullptr)
+      : sent_(sent), last_left_(last_left) {}
   [[nodiscard]] const std::string& uri() const noexcept override { return uri_; }
   [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
     return kKinds<StimulationCommand, SentCommand>;
   }
   Expected<void, SinkError> write(const RecordBatch& batch) override {
     sent_.insert(sent_.end(), batch.sent.begin(), batch.sent.end());
+    if (last_left_ != nullptr && !batch.sent.empty() &&
+        batch.sent.back().command.stop == Stop::kEnd) {
+      std::exchange(last_left_, nullptr)->release();
+    }
     return {};
   }
   Expected<void, SinkError> close() override { return {}; }
 
  private:
   std::vector<SentCommand>& sent_;
+  std::binary_semaphore* last_left_;
   std::string uri_ = "journal:";
 };
 
@@ -625,6 +660,29 @@ TEST(Stimulation, AllReceiversGetTheSameAndTheRecordHasWhatLeftAndWhatASinkRefus
   EXPECT_EQ(off->command.amplitude_uA, 0.0);
   EXPECT_TRUE(std::all_of(
       away.begin(), off, [](const SentCommand& each) { return each.command.amplitude_uA == 0.0; }));
+}
+
+TEST(Stimulation, WhatASinkRefusesAfterTheLastCommandIsCountedAndRecorded) {
+  TactileModel model = *TactileModel::create({});
+  auto encoder = *StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kLinear, 15.0, 10.0, 5.0)}),
+      encoded_model(model));
+  Pipeline pipeline(
+      model, {.delay = milliseconds{20}, .duration = milliseconds{1500}, .encoder = &encoder});
+  pipeline.add_probe(std::make_unique<DyingDevice>(), {.stale_after = std::chrono::seconds{100}});
+  std::vector<SentCommand> received;
+  std::vector<SentCommand> journal;
+  std::binary_semaphore last_left{0};
+  pipeline.add_sink(std::make_unique<StuckSink>(received, last_left));
+  pipeline.add_sink(std::make_unique<JournalSink>(journal, &last_left));
+  const auto report = pipeline.run();
+  ASSERT_TRUE(report) << report.error().sentence;
+  const auto refused = std::count_if(journal.begin(), journal.end(),
+                                     [](const SentCommand& each) { return each.refused_by == 1; });
+  EXPECT_GT(refused, 0);
+  EXPECT_EQ(report->commands_refused, static_cast<std::uint64_t>(refused));
+  EXPECT_EQ(journal.size() - static_cast<std::size_t>(refused),
+            received.size() + static_cast<std::size_t>(refused));
 }
 
 }  // namespace
