@@ -21,7 +21,6 @@ constexpr double kStill_s = 1.0;
 constexpr double kStill = 0.25;         ///< of the threshold: the mean stays within
 constexpr double kRisen = 0.65;         ///< of the threshold, within the look-back
 constexpr double kGrace_s = 0.1;        ///< a contact that does not rise is certain for so long
-constexpr double kDoubt = 3.0;          ///< times the largest drift
 constexpr double kZeroStep = 1.0 / 64;  ///< of the threshold: smaller changes wait
 
 }  // namespace

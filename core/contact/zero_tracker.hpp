@@ -24,6 +24,9 @@ namespace merkel {
 /// Real-time: yes.
 class ZeroTracker {
  public:
+  /// What this many times the largest drift would explain may be drift.
+  static constexpr double kDoubt = 3.0;
+
   /// \param threshold  a reading from there above the zero is a contact; > 0, several times the
   ///     noise. \param drift_per_s  the largest drift of the sensor. \param known  the zero at the
   ///     start is 0

@@ -91,8 +91,8 @@ inline constexpr auto kSampleColumns = column_list(
     later_column(column("valid_for_ns", "ns", "how long it holds alone", &ProbeSample::valid_for)),
     later_column(
         column("zero_mN", "mN", "subtracted from the calibrated force", &ProbeSample::zero_mN)),
-    later_column(limited_column("touch", "0 undecided, 1 free, 2 touching, 3 tared",
-                                &ProbeSample::touch, 0.0, number_of(Touch::kTared))));
+    later_column(limited_column("touch", "0 undecided, 1 free, 2 touching, 3 tared, 4 zeroed",
+                                &ProbeSample::touch, 0.0, number_of(Touch::kZeroed))));
 
 inline constexpr auto kEventColumns = column_list(
     time_column("time_ns", "time_s", "probe time", &LoopEvent::time),

@@ -59,8 +59,8 @@ static_assert(std::is_trivially_copyable_v<ProbeSample>);
 
 /// Whether a sample touches; if that is undecided, by any positive depth or force.
 [[nodiscard]] constexpr bool touches(const ProbeSample& sample) noexcept {
-  return sample.touch == Touch::kUndecided ? sample.depth_mm > 0.0 || sample.force_mN > 0.0
-                                           : sample.touch == Touch::kTouching;
+  return is_decided(sample.touch) ? sample.touch == Touch::kTouching
+                                  : sample.depth_mm > 0.0 || sample.force_mN > 0.0;
 }
 
 }  // namespace merkel

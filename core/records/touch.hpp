@@ -12,9 +12,15 @@ enum class Touch : std::uint8_t {
   kFree,       ///< no contact
   kTouching,   ///< contact
   kTared,      ///< by a device: its first sample after a tare; then it is decided
+  kZeroed,     ///< of a trace: the zero of its run is subtracted; then it is decided
 };
 
-/// "undecided", "free", "touching", "tared".
+/// Whether a sample with its zero subtracted is known to touch or not.
+[[nodiscard]] constexpr bool is_decided(Touch touch) noexcept {
+  return touch == Touch::kFree || touch == Touch::kTouching;
+}
+
+/// "undecided", "free", "touching", "tared", "zeroed".
 [[nodiscard]] constexpr std::string_view name_of(Touch touch) noexcept {
   switch (touch) {
     case Touch::kUndecided:
@@ -25,6 +31,8 @@ enum class Touch : std::uint8_t {
       return "touching";
     case Touch::kTared:
       return "tared";
+    case Touch::kZeroed:
+      return "zeroed";
   }
   return "";
 }

@@ -242,6 +242,7 @@ void TraceReader::read_comment(std::string_view line) {
   };
   read_ns(kTraceStart, start_device_ns_);
   read_ns(kTraceOffset, time_offset_ns_);
+  if (line == kZeroComment) touch_ = Touch::kZeroed;
   if (!line.starts_with(kValidityComment)) return;
   const auto time = parse_seconds(line.substr(kValidityComment.size()));
   if (time && time->count() >= 0) valid_for_ = *time;
@@ -326,7 +327,8 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
                      .arrival = last_time_,
                      .sequence = rows_++,
                      .channels = channels_,
-                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0})};
+                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0}),
+                     .touch = touch_};
   for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
     if (kProbeChannels[i].in(channels_))
       sample.*kProbeChannels[i].member = reading_[kPressChannels[i]];

@@ -26,8 +26,9 @@ namespace merkel {
 /// the taxels of a tactile array, whose missing values are bridged (TaxelGap). Lines that begin
 /// with '#' are comments. Times are strictly increasing, to the nanosecond; every value is finite.
 /// A comment `# valid_for_s=0.05` sets the validity of the samples after it
-/// (ProbeSample::valid_for); the comments of TimeBase::facts() before the header hold the start of
-/// the run that recorded it. Streams: memory is bounded.
+/// (ProbeSample::valid_for), and `# zero_subtracted` that the zero of the run that recorded them is
+/// subtracted from their forces (Touch::kZeroed); the comments of TimeBase::facts() before the
+/// header hold the start of the run that recorded it. Streams: memory is bounded.
 class TraceReader final : public SampleSource {
  public:
   /// Reads the header. Fails on a missing or empty file, and on a missing or repeated column.
@@ -95,6 +96,7 @@ class TraceReader final : public SampleSource {
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};
   std::optional<std::chrono::nanoseconds> valid_for_;
+  Touch touch_ = Touch::kUndecided;
   std::optional<std::chrono::nanoseconds> first_time_;
   std::optional<std::int64_t> start_device_ns_;
   std::optional<std::int64_t> time_offset_ns_;
@@ -102,6 +104,9 @@ class TraceReader final : public SampleSource {
 
 /// A comment of a trace that sets the validity of the samples after it, up to its time in seconds.
 inline constexpr std::string_view kValidityComment = "# valid_for_s=";
+
+/// A comment of a trace: the zero of the samples after it is subtracted.
+inline constexpr std::string_view kZeroComment = "# zero_subtracted";
 
 /// The shortest decimal that reads back as the same pressure of a taxel.
 [[nodiscard]] std::string pressure_text(float kPa);

@@ -85,6 +85,8 @@ class TraceSink final : public FileSink {
       append_seconds(rows, valid_for_);
       rows += '\n';
     }
+    const bool zeroed = item.sample.zero_mN != 0.0 || item.sample.touch == Touch::kZeroed;
+    if (zeroed && !std::exchange(zeroed_, true)) rows.append(kZeroComment).append("\n");
     append_seconds(rows, time_(item.sample.time));
     for (const SampleChannel& channel : kProbeChannels) {
       if (!channel.in(channels_)) continue;
@@ -106,6 +108,7 @@ class TraceSink final : public FileSink {
   std::vector<std::string> further_;  ///< names of columns
   std::vector<float> pressures_kPa_;  ///< of the taxels of an array, in the last sample
   std::chrono::nanoseconds valid_for_{0};
+  bool zeroed_ = false;
   std::uint64_t written_ = 0;  ///< samples
 };
 

@@ -1,6 +1,8 @@
 #include "realtime/input/contact_decision.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "core/units.hpp"
 
@@ -61,7 +63,7 @@ void ContactDecision::start_anew() noexcept {
 void ContactDecision::decide(ProbeSample& sample) noexcept {
   const double sign = parameters_.invert_force ? -1.0 : 1.0;
   if (sample.touch == Touch::kTared) start_anew();
-  const bool has_zero = sample.touch == Touch::kFree || sample.touch == Touch::kTouching;
+  const bool has_zero = is_decided(sample.touch) || sample.touch == Touch::kZeroed;
   if (!has_zero && sample.has(ProbeSample::kForce)) {
     sample.zero_mN = sign * zero_of(sample, sign * sample.force_mN);
     sample.force_mN -= sample.zero_mN;
@@ -76,40 +78,68 @@ void ContactDecision::decide(ProbeSample& sample) noexcept {
   }
   sample.touch = touching_ ? Touch::kTouching : Touch::kFree;
   if (tracker_.uncertain()) sample.set_doubts(sample.doubts() | ProbeSample::kZeroUncertain);
-  follow_drift(sample);
+  follow_drift(sample, force_mN);
 }
 
-void ContactDecision::follow_drift(const ProbeSample& sample) noexcept {
+ContactDecision::Drift ContactDecision::drift() const noexcept {
+  if (drift_.followed) return drift_;
+  const double sign = parameters_.invert_force ? -1.0 : 1.0;
+  return {.first_mN = sign * rest_.first_mN,
+          .last_mN = sign * rest_.last_mN,
+          .first = rest_.first,
+          .last = rest_.last,
+          .uncertain = drift_.uncertain};
+}
+
+void ContactDecision::follow_drift(const ProbeSample& sample, double force_mN) noexcept {
   const bool uncertain = (sample.doubts() & ProbeSample::kZeroUncertain) != 0U;
-  if (any_ && uncertain) drift_.uncertain += sample.time - previous_;
-  previous_ = sample.time;
-  drift_.followed = drift_.followed || sample.zero_mN != 0.0;
-  if (!drift_.followed) {
-    follow_rest(sample);
+  if (any_) {
+    if (uncertain) drift_.uncertain += sample.time - previous_;
+    // That of kStart is its force during its first 0.5 s, and then stays.
+    const bool settled = zero_ != Zero::kStart && sample.time - drift_.first > kStartZero;
+    drift_.followed = drift_.followed || (settled && sample.zero_mN != drift_.last_mN);
   } else {
-    drift_.last_mN = sample.zero_mN;
-    drift_.last = sample.time;
+    drift_.first_mN = sample.zero_mN;
+    drift_.first = second_began_ = level_time_ = sample.time;
+    any_ = true;
   }
-  if (any_) return;
-  any_ = true;
-  drift_.first_mN = sample.zero_mN;
-  drift_.first = second_began_ = sample.time;
+  previous_ = drift_.last = sample.time;
+  drift_.last_mN = sample.zero_mN;
+  if (!drift_.followed && sample.has(ProbeSample::kForce)) follow_rest(sample, force_mN);
 }
 
-void ContactDecision::follow_rest(const ProbeSample& sample) noexcept {
-  if (sample.time - second_began_ >= kSecond && second_count_ > 0.0) {
-    least_ = std::min(least_, second_sum_ / second_count_);
-    second_sum_ = second_count_ = 0.0;
-    second_began_ = sample.time;
-    if (++seconds_ % kRestSeconds == 0) {
-      if (seconds_ == kRestSeconds) drift_.first_mN = least_;
-      drift_.last_mN = least_;
-      drift_.last = sample.time;
-      least_ = std::numeric_limits<double>::infinity();
-    }
-  }
-  second_sum_ += sample.force_mN;
+void ContactDecision::follow_rest(const ProbeSample& sample, double force_mN) noexcept {
+  if (sample.time - second_began_ >= kSecond && second_count_ > 0.0) end_second(sample.time);
+  second_sum_ += force_mN;
   second_count_ += 1.0;
+  second_touched_ = second_touched_ || touching_;
+}
+
+/// A second with a touch is at rest while drift alone explains its level. After a press, the level
+/// must have fallen, so that a long press does not become drift.
+void ContactDecision::end_second(std::chrono::nanoseconds time) noexcept {
+  const double mean = second_sum_ / second_count_;
+  const double per_s = ZeroTracker::kDoubt * parameters_.zero_drift_mN_per_s;
+  const bool explained = std::fabs(mean - level_) <= per_s * units::s_from(time - level_time_);
+  const bool fell = second_mean_ - mean > per_s * units::s_from(time - second_began_);
+  rests_ = !second_touched_ || (explained && (rests_ || fell));
+  if (rests_) {
+    level_ = mean;
+    level_time_ = time;
+    least_ = std::min(least_, mean);
+  }
+  second_mean_ = mean;
+  second_sum_ = second_count_ = 0.0;
+  second_touched_ = false;
+  second_began_ = time;
+  if (++seconds_ % kRestSeconds != 0 || std::isinf(least_)) return;
+  if (!std::exchange(rest_known_, true)) {
+    rest_.first_mN = least_;
+    rest_.first = time;
+  }
+  rest_.last_mN = least_;
+  rest_.last = time;
+  least_ = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace merkel

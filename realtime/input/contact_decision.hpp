@@ -41,7 +41,7 @@ class ContactDecision {
     }
   };
   /// How a force's zero has changed; of a fixed zero, how its level at rest has changed: the least
-  /// mean of a second in the first ten seconds, and in the last ten.
+  /// mean of a second at rest in ten seconds, of the first ten that have one and of the last.
   struct Drift {
     double first_mN = 0.0;
     double last_mN = 0.0;
@@ -61,15 +61,16 @@ class ContactDecision {
   /// sample that is kTared starts the zero anew.
   void decide(ProbeSample& sample) noexcept MERKEL_REALTIME;
 
-  [[nodiscard]] const Drift& drift() const noexcept { return drift_; }
+  [[nodiscard]] Drift drift() const noexcept;
 
  private:
   [[nodiscard]] double zero_of(const ProbeSample& sample, double force_mN) noexcept;
   [[nodiscard]] bool reaches(const ProbeSample& sample, double force_mN,
                              double share) const noexcept;
   void start_anew() noexcept;
-  void follow_drift(const ProbeSample& sample) noexcept;
-  void follow_rest(const ProbeSample& sample) noexcept;
+  void follow_drift(const ProbeSample& sample, double force_mN) noexcept;
+  void follow_rest(const ProbeSample& sample, double force_mN) noexcept;
+  void end_second(std::chrono::nanoseconds time) noexcept;
 
   Parameters parameters_;
   Zero zero_;
@@ -81,13 +82,20 @@ class ContactDecision {
   double sum_mN_ = 0.0;
   std::uint64_t summed_ = 0;
   bool started_ = false;
-  Drift drift_;
+  Drift drift_;  ///< of the zero
   bool any_ = false;
   std::chrono::nanoseconds previous_{0};  ///< time of the last sample
-  // The level at rest of a fixed zero, mN:
+  // The level at rest above the zero, mN, in the direction of compression:
+  Drift rest_;
+  bool rest_known_ = false;
   std::chrono::nanoseconds second_began_{0};
   double second_sum_ = 0.0;
   double second_count_ = 0.0;
+  bool second_touched_ = false;
+  bool rests_ = true;         ///< in the last second
+  double second_mean_ = 0.0;  ///< of the last second
+  double level_ = 0.0;        ///< of the last second at rest,
+  std::chrono::nanoseconds level_time_{0};
   double least_ = std::numeric_limits<double>::infinity();
   int seconds_ = 0;
 };

@@ -118,6 +118,23 @@ TEST(Drift, ASessionKeepsTheZerosAndItsReplayIsIdentical) {
   EXPECT_NEAR(touching_s, 1.0, 0.03);
 }
 
+TEST(Drift, ATraceOfARunIsNotTrackedAgain) {
+  const TemporaryFolder folder;
+  const std::string trace =
+      folder.file("t.csv", noisy_trace(30.0, [](double time_s) {
+                    return (time_s > 20.0 && time_s < 21.0 ? 300.0 : 0.0) + 0.5 * time_s;
+                  }));
+  const DriftRun made = run_drift(folder, "replay:" + trace);
+  ASSERT_GT(made.spikes_s.size(), 20U);
+  const std::string recorded = folder.path("recorded.csv");
+  ASSERT_EQ(run_program({"export", folder.path("s.xdf"), "--sink", "trace:" + recorded}).exit_code,
+            0);
+  EXPECT_EQ(run_drift(folder, "replay:" + recorded).spikes_s, made.spikes_s);
+  const std::string session = folder.path("recorded.xdf");
+  ASSERT_EQ(run_program({"record", "replay:" + recorded, session}).exit_code, 0);
+  EXPECT_EQ(run_drift(folder, "replay:" + session).spikes_s, made.spikes_s);
+}
+
 TEST(Drift, InDoubtTheTouchStaysAndStimulationIsSuspended) {
   const TemporaryFolder folder;
   const std::string trace =

@@ -343,5 +343,45 @@ TEST(ContactDecision, ARecordingWithoutZerosIsTrackedOnlyIfTheSceneSaysSo) {
   EXPECT_NEAR(drift_of(tracked), 10.0, 0.5);
 }
 
+TEST(ContactDecision, ATraceWhoseZeroIsSubtractedIsNotTrackedAgain) {
+  const auto made = Recording::of(120.0, three_presses_mN, drifting(0.5));
+  Parameters tracked = kGauge;
+  tracked.zero = ContactDecision::Zero::kTrack;
+  ContactDecision decision(tracked, true);
+  for (std::size_t i = 0; i < made.samples.size(); ++i) {
+    ProbeSample again = made.samples[i];
+    again.touch = Touch::kZeroed;
+    decision.decide(again);
+    ASSERT_EQ(again.touch, made.samples[i].touch) << i;
+    ASSERT_EQ(again.force_mN, made.samples[i].force_mN);
+  }
+}
+
+TEST(ContactDecisionRest, OfAFixedZeroHasTheRateOfItsDriftAndNoPress) {
+  for (const auto zero : {ContactDecision::Zero::kFixed, ContactDecision::Zero::kStart}) {
+    for (const bool inverted : {false, true}) {
+      const Parameters gauge{.contact_N = 0.012, .zero = zero, .invert_force = inverted};
+      const auto rate = [&](double seconds, const OfTime& press_mN, double per_s) {
+        const auto made = Recording::of(seconds, press_mN, drifting(per_s), gauge);
+        EXPECT_FALSE(made.drift.followed);
+        return (inverted ? -1.0 : 1.0) * made.drift.change_mN() /
+               units::s_from(made.drift.last - made.drift.first);
+      };
+      EXPECT_NEAR(rate(60.0, at_rest, 0.15), 0.15, 0.01);
+      EXPECT_NEAR(rate(60.0, at_rest, 0.5), 0.5, 0.02);  // touches from 24 s on
+      EXPECT_NEAR(rate(60.0, held(15.0, 59.5, 300.0), 0.0), 0.0, 0.05);
+      EXPECT_NEAR(rate(400.0, held(15.0, 399.5, 300.0), 0.0), 0.0, 0.05);
+      EXPECT_NEAR(rate(60.0, held(15.0, 32.5, 300.0), 0.15), 0.15, 0.01);
+    }
+  }
+}
+
+TEST(ContactDecisionRest, NeedsTwentySecondsForAChange) {
+  Parameters fixed = kGauge;
+  fixed.zero = ContactDecision::Zero::kFixed;
+  const auto made = Recording::of(15.0, at_rest, drifting(0.5), fixed);
+  EXPECT_EQ(made.drift.last, made.drift.first);
+}
+
 }  // namespace
 }  // namespace merkel
