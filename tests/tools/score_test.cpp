@@ -14,6 +14,7 @@
 
 #include "drivers/sinks/open_sink.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/scene/scene_keys.hpp"
 #include "tools/scene/scene_presets.hpp"
@@ -320,6 +321,21 @@ TEST(ScoreCommand, TakesOtherRecordings) {
   // An edge evokes more than the inside of a bar, and the far side least.
   const std::string table = read_file(folder.path("s/conditions.csv"));
   EXPECT_NE(table.find("bar_profile"), std::string::npos);
+}
+
+TEST(ScoreCommand, ASensorThatReportsCompressionAsNegativePressesToo) {
+  const TemporaryFolder folder;
+  static_cast<void>(
+      folder.file("press.csv", "time_s,force_N\n0,0\n0.1,0\n0.2,-0.2\n0.9,-0.2\n1,0\n1.2,0\n"));
+  const std::string data = folder.file("d.json", R"({
+    "trials": [{"cite": "mine", "name": "one", "radius_mm": 3, "trace": "press.csv",
+                "spike_times_s": [[0.2, 0.3]]}]})");
+  const std::string scene =
+      folder.file("s.toml", "preset = \"goodwin\"\n[[probe]]\ninvert_force = true\n");
+  const auto run = run_program({"score", scene, "--data", data, "--trials", "2",
+                                "--skip-experiments", "--out", folder.path("s")});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has(run.out, "| hold | 0.200 | 0.900 | 2.86 | 7")) << run.out;
 }
 
 TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {

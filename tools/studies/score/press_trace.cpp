@@ -23,6 +23,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
   const bool force = (channels & ProbeSample::kForce) != 0U;
   const bool positioned = (channels & (ProbeSample::kX | ProbeSample::kY)) != 0U;
   contact.control = trace.control_ = force ? Indenter::Control::kForce : Indenter::Control::kDepth;
+  const double sign = contact.invert_force ? -1.0 : 1.0;
   ContactDecision decision(contact, true);
   std::array<ProbeSample, 256> samples;
   std::chrono::nanoseconds first{0};
@@ -32,7 +33,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
     if (!count) return bad_input((*probe)->error_message());
     for (ProbeSample& sample : std::span(samples).first(*count)) {
       // That of a session was decided when it was recorded.
-      if (sample.touch == Touch::kUndecided) decision.decide(sample);
+      if (!is_decided(sample.touch)) decision.decide(sample);
       if (trace.time_s_.empty()) {
         first = sample.time;
         trace.begin_s_ = units::s_from(sample.time - run.zero);
@@ -43,7 +44,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
         trace.released_s_ = time_s;
       }
       trace.time_s_.push_back(time_s);
-      trace.level_.push_back(force ? sample.force_mN : sample.depth_mm);
+      trace.level_.push_back(force ? sign * sample.force_mN : sample.depth_mm);
       if (!positioned) continue;
       trace.x_mm_.push_back(sample.x_mm);
       trace.y_mm_.push_back(sample.y_mm);
