@@ -96,7 +96,8 @@ Expected<void, ParameterError> check_with_model(const EncodingParameters& parame
                     shortest_decimal(units::ms_from(nearest * model.tick)));
   check.require(parameters.stimulation.watchdog >= 2 * model.tick, "stimulation.watchdog_ms",
                 "must be at least two ticks of " + shortest_decimal(units::ms_from(model.tick)) +
-                    " ms (loop.tick_us), for example watchdog_ms = 100");
+                    " ms: " + shortest_decimal(units::ms_from(2 * model.tick)) +
+                    " ms, or shorten loop.tick_us");
   for (std::size_t g = 0; g < parameters.groups.size(); ++g) {
     const ElectrodeGroup& group = parameters.groups[g];
     const nanoseconds gap = group_gap(parameters, g, model.tick);

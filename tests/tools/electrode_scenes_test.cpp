@@ -95,6 +95,34 @@ TEST(ElectrodeScenes, WhatBelongsToTheGroupIsRefusedAtAnElectrode) {
             "[[electrode_group]] with a name");
 }
 
+TEST(ElectrodeScenes, TheAdviceOnTheWatchdogWorksForAnyTick) {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& watchdog_ms) {
+    const std::string text =
+        replaced(kGroupScene, "watchdog_ms = 100", "update_ms = 60\nwatchdog_ms = " + watchdog_ms) +
+        "[loop]\ntick_us = 60000\n";
+    return run_program({"run", folder.file("s.toml", replaced(text, "= [50, 200]", "= [5, 5]")),
+                        "--fast", "--duration-s", "0.2"});
+  };
+  EXPECT_TRUE(has(run("100").err,
+                  "watchdog_ms must be at least two ticks of 60 ms: 120 ms, or shorten "
+                  "loop.tick_us"));
+  const auto advised = run("120");
+  EXPECT_EQ(advised.exit_code, 0) << advised.err;
+}
+
+TEST(ElectrodeScenes, WithoutElectrodesItsLimitsAreRefused) {
+  const TemporaryFolder folder;
+  const std::string scene = folder.file(
+      "s.toml", "preset = \"goodwin\"\n[stimulation]\nupdate_ms = 10\nwatchdog_ms = 100\n");
+  for (const char* command : {"run", "plan", "scene"}) {
+    EXPECT_TRUE(has(run_program({command, scene}).err,
+                    "s.toml:2: stimulation has no effect, because the scene has no "
+                    "electrodes: add [[electrode]], or remove the table\n"))
+        << command;
+  }
+}
+
 TEST(ElectrodeScenes, AProfileBecomesTheStimulatorOfTheScene) {
   const std::string with =
       replaced(kGroupScene, "phase_us = 200", "phase_us = 200\nprofile = \"cerestim\"");

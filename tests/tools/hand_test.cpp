@@ -77,6 +77,23 @@ TEST(Hand, AChannelIsPlacedByAWholeWordOfItsName) {
   }
 }
 
+TEST(Hand, ADeviceThatFeedsNoProbeIsRefused) {
+  const TemporaryFolder folder;
+  const std::string devices = "[[device]]\nname = \"hand\"\nuri = \"sim:grasp\"\n";
+  const std::string scene = folder.file("s.toml", devices + "[[probe]]\nuri = \"sim:ramp\"\n");
+  EXPECT_TRUE(has(run_program({"run", scene}).err,
+                  "s.toml:2: device.name \"hand\" feeds no probe: set the key device of a "
+                  "[[probe]] to it, or remove it\n"));
+  // With another probe on the command line it is used no more, in its session too.
+  const std::string used =
+      folder.file("used.toml", devices + "[[probe]]\ndevice = \"hand\"\ndepth = \"thumb_mm\"\n");
+  const std::string session = folder.path("s.xdf");
+  const auto run = run_program({"run", used, "--fast", "--probe", "sim:ramp", "--duration-s", "0.3",
+                                "--sink", "xdf:" + session});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run_program({"replay", session}).exit_code, 0);
+}
+
 TEST(Hand, TheExampleRunsOnOneCable) {
   const TemporaryFolder folder;
   RunningDevice hand(cable(record_grasp(folder, "count=30&rate_hz=500")));

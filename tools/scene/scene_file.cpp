@@ -291,6 +291,24 @@ Expected<void, ParameterError> check(const Scene& scene) {
   }
   return all.require(!mixes_control(scene), "probe.control", kMixedControl).result();
 }
+
+/// What a user wrote to no effect. Sessions of earlier versions may hold it.
+Expected<void, ParameterError> check_used(const Scene& scene) {
+  ParameterCheck all;
+  for (std::size_t i = 0; i < scene.devices.size(); ++i) {
+    all.require(std::any_of(scene.probes.begin(), scene.probes.end(),
+                            [i](const auto& probe) { return probe.device == i; }),
+                "device.name",
+                "\"" + scene.devices[i].name +
+                    "\" feeds no probe: set the key device of a [[probe]] to it, or remove it");
+  }
+  for (const auto& [key, line] : scene.line_of) {
+    all.require(!scene.encoding.electrodes.empty() || !key.starts_with("stimulat"), key,
+                "has no effect, because the scene has no electrodes: add [[electrode]], or remove "
+                "the table");
+  }
+  return all.result();
+}
 }  // namespace
 
 Expected<DeviceUri, SetupError> Scene::source_of(std::size_t probe) const {
@@ -406,7 +424,10 @@ std::vector<std::string> heights_of(const Scene& scene) {
 Expected<Scene, SetupError> read_scene(const std::string& path) {
   const auto text = read_whole_file(path, "scene", kMaxTomlBytes);
   if (!text) return Unexpected<SetupError>(text.error());
-  return parse_scene(*text, path);
+  auto scene = parse_scene(*text, path);
+  if (!scene) return scene;
+  if (auto used = check_used(*scene); !used) return bad_input(scene->sentence(used.error()));
+  return scene;
 }
 
 }  // namespace merkel
