@@ -68,11 +68,12 @@ struct RunReport : RunCounters {
   };
   struct OfSink {
     std::string uri;
-    std::uint64_t spikes_in = 0;    ///< produced by the loop
-    std::uint64_t dropped = 0;      ///< of these, dropped because the sink's queue was full
-    std::uint64_t delivered = 0;    ///< of these, known to have arrived
-    std::uint64_t commands_in = 0;  ///< stimulation commands, if the sink takes them
-    std::string error_message;      ///< empty, or the reason why the sink failed
+    std::uint64_t spikes_in = 0;         ///< produced by the loop
+    std::uint64_t dropped = 0;           ///< of these, dropped because the sink's queue was full
+    std::uint64_t delivered = 0;         ///< of these, known to have arrived
+    std::uint64_t commands_in = 0;       ///< stimulation commands, if the sink takes them
+    std::uint64_t commands_refused = 0;  ///< of these, not passed on by the sink
+    std::string error_message;           ///< empty, or the reason why the sink failed
 
     /// Spikes taken from the queue, but not known to have arrived.
     [[nodiscard]] std::uint64_t lost() const noexcept { return spikes_in - dropped - delivered; }

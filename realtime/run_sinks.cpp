@@ -221,6 +221,7 @@ void RunSinks::finish(RunReport& report, milliseconds patience, const std::atomi
                                                    entry->channel.takes<SentCommand>()
                                                ? report.commands
                                                : 0,
+                            .commands_refused = entry->channel.commands_refused.value(),
                             .error_message = outcome.error_message});
   }
 }

@@ -67,6 +67,21 @@ TEST(Verdict, ALostStimulationCommandFailsTheRun) {
   EXPECT_EQ(run.sentence, "2 of 50 stimulation commands were lost, so stimulation was stopped");
 }
 
+TEST(Verdict, CommandsThatASinkDidNotPassOnAreNamed) {
+  const auto refused = [](std::uint64_t commands) {
+    return outcome([commands](RunReport& report) {
+      report.sinks.push_back(
+          {.uri = "stim-csv:x", .commands_in = 100, .commands_refused = commands});
+    });
+  };
+  EXPECT_EQ(refused(1).sentence,
+            "1 of 100 stimulation commands was not passed on by stim-csv:x: it or its receiver was "
+            "late or away");
+  EXPECT_FALSE(refused(1).failed);
+  EXPECT_TRUE(refused(1).failed_strictly);
+  EXPECT_TRUE(refused(2).failed);
+}
+
 TEST(Verdict, MoreThanAHundredthOfTheTicksSkippedFailsTheRun) {
   const auto skipped = [](std::uint64_t ticks) {
     return outcome([ticks](RunReport& report) {
@@ -145,6 +160,23 @@ TEST(Verdict, ANegativeCompressionIsNamed) {
   EXPECT_TRUE(pressed(-590.0, 1.5).failed);
   EXPECT_FALSE(pressed(-590.0, 0.0).failed);
   EXPECT_EQ(pressed(-3.0, 1.5).sentence, "");  // noise
+}
+
+TEST(Verdict, AForceThatIsInvertedForNothingHasTheOppositeRemedy) {
+  for (const bool inverted : {false, true}) {
+    const auto all = findings([inverted](RunReport& report) {
+      report.probes[0].uri = "replay:x.csv";
+      report.probes[0].contact.invert_force = inverted;
+      report.probes[0].press_range.least_force_mN = -300.0;
+    });
+    ASSERT_EQ(all.size(), 1U);
+    EXPECT_EQ(all[0].sentence.find(" when inverted") != std::string::npos, inverted);
+    EXPECT_EQ(all[0].remedy,
+              inverted ? "if the sensor reports compression as positive, set [probe] invert_force "
+                         "= false; otherwise tare it"
+                       : "if the sensor reports compression as negative, set [probe] invert_force "
+                         "= true; otherwise tare it");
+  }
 }
 
 TEST(Verdict, TheReadingsOfARecordingAreCheckedToo) {

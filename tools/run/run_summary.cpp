@@ -70,6 +70,7 @@ Json sink_json(const RunReport::OfSink& sink) {
                {"dropped", sink.dropped},
                {"lost", sink.lost()}};
   if (sink.commands_in > 0) json["commands_in"] = sink.commands_in;
+  if (sink.commands_refused > 0) json["commands_refused"] = sink.commands_refused;
   json["error_message"] = sink.error_message;
   return json;
 }

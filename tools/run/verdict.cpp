@@ -23,7 +23,7 @@ constexpr std::size_t kMaxFindings = 5;
 constexpr double kMuchPoor = 0.2;     ///< share of solutions
 constexpr double kMuchMoved = 0.02;   ///< of the largest energy density
 constexpr double kOld_ms = 50.0;      ///< mean age at arrival: bursts
-constexpr double kMuch = 0.01;        ///< share of ticks or samples that is reported
+constexpr double kMuch = 0.01;        ///< share of ticks, samples or commands that is reported
 constexpr double kLostTouch_s = 1.0;  ///< longer releases without an outage: touch was lost
 constexpr double kLostTouch = 0.5;    ///< or this share of a short run
 constexpr double kShortRelease_s = 0.01;
@@ -116,6 +116,7 @@ class RunChecks {
       add(deep ? Severity::kFailure : Severity::kNote, 1.0, "never_positive",
           {{"uri", probe.uri},
            {"least_N", units::N_from_mN(range.least_force_mN)},
+           {"inverted", probe.contact.invert_force},
            {"deep", deep},
            {"most_mm", range.most_depth_mm}});
     }
@@ -349,6 +350,11 @@ class RunChecks {
       add(Severity::kFailure, 1.0, "sink_failed",
           {{"uri", sink.uri}, {"reason", sink.error_message}});
       return;
+    }
+    if (sink.commands_refused > 0) {
+      const double refused = share(sink.commands_refused, sink.commands_in);
+      add(refused > kMuch ? Severity::kFailure : Severity::kLoss, refused, "commands_refused",
+          {{"uri", sink.uri}, {"refused", sink.commands_refused}, {"all", sink.commands_in}});
     }
     const std::uint64_t missing = sink.dropped + sink.lost();
     if (missing > 0) {
