@@ -102,7 +102,9 @@ TaxelField::TaxelField(const TaxelArray& array, double orientation_deg, const Sk
                        std::span<const Position> receptors)
     : grid_(grid_of(array, orientation_deg, skin, receptors)),
       area_of_taxel_mm2_(array.area_mm2()),
-      least_kPa_(array.least_kPa) {
+      least_kPa_(array.least_kPa),
+      place_(array.place),
+      along_(in_array({1.0, 0.0}, {}, -orientation_deg)) {
   const std::size_t nodes = grid_.columns * grid_.rows;
   const SkinMaterial material(skin);
   nodes_.distortional = static_cast<float>(1.0 / (12.0 * material.shear_modulus_kPa()));
@@ -262,6 +264,8 @@ void TaxelField::press(std::span<const float> pressures_kPa) noexcept {
     std::fill(energies_.begin(), energies_.end(), 0.0F);
     return;
   }
+  double x_kPa_mm = 0.0;
+  double y_kPa_mm = 0.0;
   std::fill(by_column_.begin(), by_column_.end(), 0.0F);
   rows_in_use_.assign(rows_, 0);
   sums_in_use_.assign(columns_, 0);
@@ -269,11 +273,16 @@ void TaxelField::press(std::span<const float> pressures_kPa) noexcept {
     if (!(pressures_[i] > 0.0F)) continue;
     if (static_cast<double>(pressures_[i]) >= kTouched * peak_kPa_) area_mm2_ += area_of_taxel_mm2_;
     const auto [column, row] = taxels_[i];
+    x_kPa_mm += static_cast<double>(pressures_[i]) * x_mm_[column];
+    y_kPa_mm += static_cast<double>(pressures_[i]) * y_mm_[row];
     const std::size_t block = column / kProductRows;
     by_column_[(block * rows_ + row) * kProductRows + column % kProductRows] = pressures_[i];
     rows_in_use_[row] = 1;
     sums_in_use_[column] = 1;
   }
+  const double per_sum = area_of_taxel_mm2_ / force_mN_;
+  centre_ = {.x_mm = place_.x_mm + per_sum * (along_.x_mm * x_kPa_mm - along_.y_mm * y_kPa_mm),
+             .y_mm = place_.y_mm + per_sum * (along_.y_mm * x_kPa_mm + along_.x_mm * y_kPa_mm)};
   // The numbers of the rows and columns with pressure, in place of their marks.
   const auto numbers = [](std::vector<std::uint32_t>& marks) {
     std::size_t count = 0;

@@ -45,6 +45,8 @@ class TaxelField {
   /// Of the last press().
   [[nodiscard]] double force_mN() const noexcept { return force_mN_; }
   [[nodiscard]] double peak_pressure_kPa() const noexcept { return peak_kPa_; }
+  /// The centre of the pressures, on the patch.
+  [[nodiscard]] const Position& centre() const noexcept { return centre_; }
   /// The area of the taxels with at least a twentieth of the largest pressure.
   [[nodiscard]] double area_mm2() const noexcept { return area_mm2_; }
   [[nodiscard]] bool touching() const noexcept { return peak_kPa_ > 0.0; }
@@ -84,6 +86,8 @@ class TaxelField {
   Grid grid_;
   double area_of_taxel_mm2_;
   double least_kPa_;
+  Position place_;  ///< of the array's middle,
+  Position along_;  ///< and the direction of its x on the patch
   std::vector<Taxel> taxels_;
   std::vector<double> x_mm_, y_mm_;     ///< different coordinates of the taxels
   std::size_t columns_ = 0, rows_ = 0;  ///< of taxels; columns are padded to kProductRows
@@ -102,6 +106,7 @@ class TaxelField {
   double force_mN_ = 0.0;
   double peak_kPa_ = 0.0;
   double area_mm2_ = 0.0;
+  Position centre_;
   std::uint64_t version_ = 0;
 };
 

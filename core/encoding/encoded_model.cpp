@@ -18,6 +18,7 @@ EncodedModel encoded_model(const TactileModel& model) {
   }
   for (const Indenter& indenter : model.parameters().indenters) {
     encoded.patch_of_probe.push_back(indenter.patch);
+    if (indenter.taxels() != nullptr) encoded.patches[indenter.patch].array = true;
   }
   return encoded;
 }

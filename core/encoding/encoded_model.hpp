@@ -15,6 +15,7 @@ struct EncodedModel {
   struct OfPatch {
     Patch area;
     std::vector<AfferentSite> afferents;
+    bool array = false;  ///< a tactile array presses on it, without a depth
   };
 
   std::chrono::nanoseconds tick{1'000'000};

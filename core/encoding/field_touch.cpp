@@ -23,7 +23,9 @@ void FieldTouch::advance(std::size_t source, std::span<const Press> presses,
   for (std::size_t i = 0; i < presses.size(); ++i) {
     const Press& press = presses[i];
     const double depth_mm = press.contact.depth_mm;
-    if (patch_of_probe_[i] != field.patch || depth_mm <= 0.0) continue;
+    // An array has no depth. NaN is no touch, but must go on.
+    const bool free = depth_mm <= 0.0 && !press.touching();
+    if (patch_of_probe_[i] != field.patch || free) continue;
     const double weight = field.map.weight(press.x_mm, press.y_mm, press.contact.contact_radius_mm);
     if (weight == 0.0) continue;
     force_mN += weight * press.contact.force_mN;

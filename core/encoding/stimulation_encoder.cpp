@@ -114,6 +114,11 @@ Expected<void, ParameterError> check_with_model(const EncodingParameters& parame
     const bool known = each.patch < model.patches.size();
     check.require(known, each.key("patch"), "is not a patch of the scene");
     check.require(
+        !known || !model.patches[each.patch].array || each.encoder != EncoderKind::kOkorokova,
+        each.key("encoder"),
+        "= \"okorokova\" needs the depth of a press, which a tactile array does not measure: use "
+        "another one");
+    check.require(
         known && model.patches[each.patch].area.contains(each.field_mm[0], each.field_mm[1]),
         each.key("field_mm"), "has its centre outside the patch");
   }

@@ -379,14 +379,16 @@ void TactileModel::State::touch(std::size_t indenter) noexcept {
   const Position& place = parameters_.indenters[indenter].taxels()->place;
   made = {.contact = {}, .x_mm = place.x_mm, .y_mm = place.y_mm};
   if (!taxels.touching()) return;
+  made.x_mm = taxels.centre().x_mm;
+  made.y_mm = taxels.centre().y_mm;
   made.contact.force_mN = taxels.force_mN();
   made.contact.contact_radius_mm = std::sqrt(taxels.area_mm2() / std::numbers::pi);
   made.contact.peak_pressure_kPa = taxels.peak_pressure_kPa();
   touching_[parameters_.indenters[indenter].patch].push_back({.contact = made.contact,
                                                               .taxels = &taxels,
                                                               .version = taxels.version(),
-                                                              .x_mm = made.x_mm,
-                                                              .y_mm = made.y_mm});
+                                                              .x_mm = place.x_mm,
+                                                              .y_mm = place.y_mm});
   if (made.contact.force_mN > deepest_[indenter].contact.force_mN) deepest_[indenter] = made;
 }
 

@@ -290,5 +290,21 @@ TEST(TaxelArray, WrongArraysHaveOneSentence) {
       fault_of(lattice(4, 4, 1.0), stiffening).starts_with("skin.stiffening_mm must be inf"));
 }
 
+TEST(TaxelField, TheCentreOfItsPressuresTurnsWithTheArray) {
+  const TaxelArray array = lattice(4, 4, 1.0);
+  const std::vector<Position> receptors = scattered(4, 13.0, 17.0, 8.0, 12.0);
+  std::vector<float> pressures(16);
+  pressures[3] = 10.0F;  // at x = 1.5, y = -1.5
+  pressures[2] = 30.0F;  // at x = 0.5
+  TaxelField straight(array, 0.0, half_space(), receptors);
+  straight.press(pressures);
+  EXPECT_NEAR(straight.centre().x_mm, 15.75, 1e-6);
+  EXPECT_NEAR(straight.centre().y_mm, 8.5, 1e-6);
+  TaxelField turned(array, 90.0, half_space(), receptors);
+  turned.press(pressures);
+  EXPECT_NEAR(turned.centre().x_mm, 16.5, 1e-6);
+  EXPECT_NEAR(turned.centre().y_mm, 10.75, 1e-6);
+}
+
 }  // namespace
 }  // namespace merkel

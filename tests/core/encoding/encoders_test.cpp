@@ -315,6 +315,26 @@ TEST(Encoders, LinearFollowsTheForceOfContactsThatReachTheField) {
   EXPECT_EQ(encoder.clippings().invalid, 1U);
 }
 
+TEST(Encoders, ATactileArrayHasAForceAndNoDepth) {
+  EncodedModel model = grid_model();
+  model.patches[0].array = true;
+  EXPECT_FALSE(StimulationEncoder::create(
+      encoding_of({electrode_at("E1", EncoderKind::kOkorokova, 15.0, 10.0, 3.0)}), model));
+  for (const EncoderKind kind : {EncoderKind::kLinear, EncoderKind::kBiomimetic}) {
+    StimulationEncoder encoder = encoder_of(electrode_at("E1", kind, 15.0, 10.0, 3.0), model);
+    TickFeed feed(encoder, kTick);
+    feed.press = {
+        .contact = {.force_mN = 800.0, .contact_radius_mm = 4.0, .peak_pressure_kPa = 29.0},
+        .x_mm = 15.0,
+        .y_mm = 10.0};
+    double last_uA = 0.0;
+    for (int k = 0; k < 20; ++k) {
+      for (const auto& command : feed.step()) last_uA = command.amplitude_uA;
+    }
+    EXPECT_GT(last_uA, 20.0);
+  }
+}
+
 TEST(Encoders, AnOwnDriveWithoutAFrequencyIsOff) {
   StimulationEncoder encoder = encoder_of(electrode_at("E1", EncoderKind::kOwn, 15.0, 10.0, 3.0));
   TickFeed feed(encoder, kTick);
