@@ -335,7 +335,7 @@ TEST(ScoreCommand, ASensorThatReportsCompressionAsNegativePressesToo) {
   const auto run = run_program({"score", scene, "--data", data, "--trials", "2",
                                 "--skip-experiments", "--out", folder.path("s")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_TRUE(has(run.out, "| hold | 0.200 | 0.900 | 2.86 | 7")) << run.out;
+  EXPECT_TRUE(has(run.out, "| hold | 0.200 | 0.900 | 2.86 | 8")) << run.out;
 }
 
 TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {

@@ -346,5 +346,41 @@ TEST(Taxels, ATraceWithAColumnPerTaxelFeedsAnArray) {
   EXPECT_NEAR(json["probes"][0]["deepest_press"]["contact_area_mm2"].get<double>(), 3.0, 1e-9);
 }
 
+TEST(Taxels, ElectrodesFeelTheForceWhereTheBallPresses) {
+  const TemporaryFolder folder;
+  const auto run = [&](const std::string& encoder) {
+    std::string text =
+        "preset = \"goodwin\"\n[[probe]]\nuri = \"sim:pad?count=2&wait_s=0.1\"\n"
+        "tip = \"taxels\"\ntaxel_columns = 16\ntaxel_rows = 16\n"
+        "[stimulation]\nmax_charge_nC = 16\nmax_total_uA = 400\n"
+        "watchdog_ms = 100\nfrequency_Hz = [50, 200]\n";
+    for (const char* const name_and_field :
+         {"under\"\nfield_mm = [15, 10, 1]", "beside\"\nfield_mm = [4, 2, 1]"}) {
+      text += "[[electrode]]\nencoder = \"" + encoder + "\"\namplitude_uA = [20, 80]\nname = \"" +
+              name_and_field + "\n";
+    }
+    return run_program({"run", folder.file("s.toml", text), "--fast", "--duration-s", "1",
+                        "--overwrite", "--sink", "stim-csv:" + folder.path("stim.csv")});
+  };
+  for (const char* const encoder : {"linear", "linear_amplitude", "biomimetic"}) {
+    const ProgramRun made = run(encoder);
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const std::string commands = read_file(folder.path("stim.csv"));
+    const auto on = [&](const std::string& electrode) {
+      std::size_t count = 0;
+      for (std::size_t at = 0;
+           (at = commands.find("," + electrode + ",update,", at)) < commands.size(); ++at) {
+        count += commands[at + electrode.size() + 9] == '0' ? 0 : 1;
+      }
+      return count;
+    };
+    EXPECT_GT(on("under"), 20U) << encoder;
+    EXPECT_EQ(on("beside"), 0U) << encoder;
+  }
+  EXPECT_TRUE(has(run("okorokova").err,
+                  "electrode[under].encoder = \"okorokova\" needs the depth of a press, which a "
+                  "tactile array does not measure"));
+}
+
 }  // namespace
 }  // namespace merkel
