@@ -311,7 +311,11 @@ class Program(Case):
     def test_sessions_run_again_under_their_names(self):
         sessions = self.folder / "sessions"
         sessions.mkdir()
-        runs = {"press": ["goodwin", "--probe", "replay:" + TRACE, "--seed", "5"], "shape": ["coin", "--duration-s", "0.5"],
+        (self.folder / "own.toml").write_text('preset = "goodwin"\n[[probe]]\nuri = "sim:ramp"\ntip = "shape"\n'
+                                              'shape = "shape.csv"\npixel_mm = 0.2\n')
+        np.savetxt(self.folder / "shape.csv", np.add.outer(np.arange(-2, 2.1, 0.2)**2, np.arange(-2, 2.1, 0.2)**2) / 4, delimiter=",")
+        runs = {"press": ["goodwin", "--probe", "replay:" + TRACE, "--seed", "5"],
+                "shape": [str(self.folder / "own.toml"), "--duration-s", "0.5"],
                 "six probes": ["hand", "--duration-s", "0.4"]}
         expected = {}
         for name, words in runs.items():

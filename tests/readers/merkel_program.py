@@ -10,8 +10,11 @@ import unittest
 
 PROGRAM = os.environ["MERKEL_PROGRAM"]
 SOAK = os.environ.get("MERKEL_SOAK")
+FULL = "MERKEL_FULL_SWEEPS" in os.environ
 # Simulated seconds of a soak test: an hour in .ci/run.
-SOAK_S = float(os.environ.get("MERKEL_SOAK_S", "3600" if "MERKEL_FULL_SWEEPS" in os.environ else "900"))
+SOAK_S = float(os.environ.get("MERKEL_SOAK_S", "3600" if FULL else "300"))
+# Of a test that takes long: .ci/run runs it.
+long = unittest.skipUnless(FULL, "long: MERKEL_FULL_SWEEPS=1 runs it")
 
 # What a host that stands still for a moment costs a live run.
 FAILURES_OF_A_BUSY_HOST = {"skipped", "touch_lost"}

@@ -1,5 +1,5 @@
 """Actions of the user: sound, control of a run, replay, saving; and the electrodes' commands."""
-from merkel_program import free_port
+from merkel_program import free_port, long
 from view_page import PRESS, SLIDE, BrowserPage
 
 ELECTRODES = """[[electrode]]
@@ -38,6 +38,7 @@ class Actions(BrowserPage):
         self.assertEqual(self.page.ask("document.querySelector('.electrode span').textContent"), "off: end")
         self.assert_no_errors()
 
+    @long
     def test_sixteen_electrodes_are_all_visible_and_have_a_course(self):
         places = ("(() => { const all = [...document.querySelectorAll('.electrode span')].map((e) => e.getBoundingClientRect());"
                   " const box = document.getElementById('side').getBoundingClientRect();"

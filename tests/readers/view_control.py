@@ -65,6 +65,7 @@ class Control(Page):
         self.assertEqual(done.returncode, 1)
         self.assertIn("starts at tick", done.stdout)
 
+    @merkel_program.long
     def test_a_watched_afferent_sends_its_drive_and_potential(self):
         program = self.serve(probe="sim:ramp?depth_mm=1.8&hold_s=3")
         samples = {8: [], 13: []}
@@ -98,6 +99,7 @@ class Control(Page):
         self.assertEqual(links, {1, 2})  # connected and unplugged
         self.assertEqual(notices, ["tare probe 1"])
 
+    @merkel_program.long
     def test_a_session_is_played_with_seeks(self):
         session = self.path("s.xdf")
         self.merkel("run", "--fast", "--probe", "sim:taps?interval_s=0.25&tap_s=0.2&count=20",

@@ -1,6 +1,7 @@
 """The first screen at three widths: complete, legible, and usable by keyboard."""
 import socket
 
+from merkel_program import long
 from view_page import SLIDE, BrowserPage
 
 
@@ -26,6 +27,7 @@ class FirstScreen(BrowserPage):
         self.wait("document.getElementById('banner').dataset.level !== 'good'")
         self.assert_no_errors()
 
+    @long
     def test_the_first_screen_holds_everything_on_a_desk_and_on_a_phone(self):
         shown = ["state", "force", "depth", "rate", "latency-now", "skin", "trace", "raster"]
         for size in ((1280, 800), (768, 1024), (390, 844)):

@@ -1,10 +1,12 @@
 """The state of the devices and of the run: the banner, and outages in the plots."""
 import signal
 
+from merkel_program import long
 from view_page import LIVE_PRESS, PRESS, BrowserPage
 
 
 class Health(BrowserPage):
+    @long
     def test_the_banner_names_an_unplugged_device_and_the_outage_is_shaded(self):
         program = self.open(probe=self.plug_in("--unplug-s", "5", "--unplug-for-s", "5"))
         self.wait("document.getElementById('state').textContent === 'Unplugged: probe'")
@@ -19,6 +21,7 @@ class Health(BrowserPage):
         self.wait("merkel.history.spans.some((s) => s.kind === 'released' && s.to - s.from > 2)")
         program.terminate()
 
+    @long
     def test_a_program_that_stands_still_is_noticed(self):
         program = self.open(probe=LIVE_PRESS)
         self.wait("document.getElementById('banner').dataset.level === 'good'")

@@ -1,4 +1,5 @@
 """The skin, the raster and chosen afferents."""
+from merkel_program import long
 from view_page import PRESS, SLIDE, BrowserPage
 
 
@@ -117,6 +118,7 @@ class Skin(BrowserPage):
         program.terminate()
         self.assert_no_errors()
 
+    @long
     def test_a_shape_and_a_surface_are_drawn_as_what_they_are(self):
         with open("tools/examples/letter_a.csv", encoding="ascii") as file:
             heights = [float(height) for line in file for height in line.split(",")]

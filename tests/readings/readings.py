@@ -362,7 +362,7 @@ def main():
         table.append(row_of(case))
         if word.lower() not in case["title"].lower() or number % parts != part - 1:
             continue
-        if thin and case.get("long"):
+        if thin and (case.get("long") or number // parts % 2):
             continue
         ways = case.get("via", "tcp")
         ways = [ways] if isinstance(ways, str) else ways
