@@ -98,7 +98,7 @@ Expected<RawDevice, SetupError> open_raw(const CalibrateOptions& options, bool t
     return bad_input(
         "remove calibration=… from the URI: a new calibration starts from raw readings");
   }
-  const auto add = [&uri](const std::string& option) {
+  const auto add = [&uri = uri](const std::string& option) {
     uri += std::string(uri.find('?') == std::string::npos ? "?" : "&") + option;
   };
   if (tare) add(own);
