@@ -1,18 +1,21 @@
 #include "core/printed.hpp"
 
-#include <array>
 #include <cstdarg>
+#include <cstddef>
 #include <cstdio>
 
 namespace merkel {
 
 std::string printed(const char* format, ...) {
-  std::array<char, 512> text{};
   std::va_list values;
+  std::va_list again;
   va_start(values, format);
-  std::vsnprintf(text.data(), text.size(), format, values);
+  va_copy(again, values);
+  std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
   va_end(values);
-  return text.data();
+  return text;
 }
 
 }  // namespace merkel

@@ -4,7 +4,7 @@
 
 namespace merkel {
 
-/// A text as std::printf prints it, of up to 511 bytes. Allocates.
+/// A text as std::printf prints it. Allocates.
 [[nodiscard, gnu::format(printf, 1, 2)]] std::string printed(const char* format, ...);
 
 }  // namespace merkel
