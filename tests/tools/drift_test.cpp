@@ -89,12 +89,16 @@ DriftRun run_drift(const TemporaryFolder& folder, const std::string& probe) {
   return made;
 }
 
+/// A press of 1 s on a zero that drifts.
+std::string press_on_a_drift() {
+  return noisy_trace(30.0, [](double time_s) {
+    return (time_s > 20.0 && time_s < 21.0 ? 300.0 : 0.0) + 0.5 * time_s;
+  });
+}
+
 TEST(Drift, ASessionKeepsTheZerosAndItsReplayIsIdentical) {
   const TemporaryFolder folder;
-  const std::string trace =
-      folder.file("t.csv", noisy_trace(30.0, [](double time_s) {
-                    return (time_s > 20.0 && time_s < 21.0 ? 300.0 : 0.0) + 0.5 * time_s;
-                  }));
+  const std::string trace = folder.file("t.csv", press_on_a_drift());
   const DriftRun made = run_drift(folder, "replay:" + trace);
   ASSERT_GT(made.spikes_s.size(), 20U);
   const std::string session = folder.file("first.xdf", read_file(folder.path("s.xdf")));
@@ -120,10 +124,7 @@ TEST(Drift, ASessionKeepsTheZerosAndItsReplayIsIdentical) {
 
 TEST(Drift, ATraceOfARunIsNotTrackedAgain) {
   const TemporaryFolder folder;
-  const std::string trace =
-      folder.file("t.csv", noisy_trace(30.0, [](double time_s) {
-                    return (time_s > 20.0 && time_s < 21.0 ? 300.0 : 0.0) + 0.5 * time_s;
-                  }));
+  const std::string trace = folder.file("t.csv", press_on_a_drift());
   const DriftRun made = run_drift(folder, "replay:" + trace);
   ASSERT_GT(made.spikes_s.size(), 20U);
   const std::string recorded = folder.path("recorded.csv");
