@@ -61,9 +61,8 @@ class CsvLines final : public LineProtocol {
       return "lines of less than " + std::to_string(LineSplitter::kMaxLine) + " bytes";
     }
     if (answer.empty()) return "a newline after each line, and " + expected_in(answer);
-    const bool glued = is_text(answer) && answer.find_first_of("0123456789") != answer.npos &&
-                       csv_styles({std::string(answer)}).empty();
-    return expected_in(answer) + (glued ? ": " + std::string(kSeparateNumbers) : "");
+    const std::string advice = is_text(answer) ? csv_advice({std::string(answer)}) : "";
+    return expected_in(answer) + (advice.empty() ? "" : ": ") + advice;
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return channels_; }
   [[nodiscard]] bool ready() const noexcept override { return measures_; }

@@ -191,6 +191,13 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
   return styles;
 }
 
+std::string csv_advice(const std::vector<std::string>& lines) {
+  const bool numbers = std::ranges::any_of(lines, [](const std::string& line) {
+    return line.find_first_of(kDigits) != std::string::npos;
+  });
+  return std::string(numbers && csv_styles(lines).empty() ? kSeparateNumbers : "");
+}
+
 std::vector<CsvField> csv_fields_of(std::string_view line, const CsvStyle& style) {
   std::vector<CsvField> fields;
   for (std::string_view rest = line; !rest.empty();) {

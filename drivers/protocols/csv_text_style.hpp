@@ -46,6 +46,8 @@ struct CsvField {
 inline constexpr std::string_view kSeparateNumbers =
     "let it print = or : between a name and its number, and a comma between values, as in "
     "F=0.25N,D=1.5mm";
+/// kSeparateNumbers, if the lines have numbers and no style reads them; otherwise empty.
+[[nodiscard]] std::string csv_advice(const std::vector<std::string>& lines);
 
 /// The fields of a line. A field of text alone labels the number after it: "F,1.5" is "F: 1.5"
 /// behind a field to ignore.

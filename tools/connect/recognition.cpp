@@ -211,13 +211,9 @@ std::string unreadable(std::string_view text) {
   if (text.find_first_of("\r\n") == std::string_view::npos) {
     return " without the end of a line: let it send a newline after each";
   }
-  const std::vector<std::string> lines =
-      lines_of({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-  const bool numbers = std::ranges::any_of(lines, [](const std::string& line) {
-    return line.find_first_of("0123456789") != std::string::npos;
-  });
-  if (!numbers || !csv_styles(lines).empty()) return {};
-  return ", which does not tell numbers from text: " + std::string(kSeparateNumbers);
+  const std::string advice =
+      csv_advice(lines_of({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
+  return advice.empty() ? "" : ", which does not tell numbers from text: " + advice;
 }
 
 SetupError nothing_made(const std::string& address, const std::string& received,
