@@ -229,8 +229,8 @@ double TipField::farthest_mm() const noexcept {
          std::hypot(static_cast<double>(grid.columns), static_cast<double>(grid.rows));
 }
 
-std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
-                                           GridPatch& patch) const noexcept {
+template <class P>
+std::optional<std::size_t> TipField::place(double x_mm, double y_mm, P& patch) const noexcept {
   const PixelGrid& grid = press_.grid;
   const double column = x_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.columns - 1);
   const double row = y_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.rows - 1);
@@ -240,7 +240,6 @@ std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
   }
   const auto i = static_cast<std::size_t>(column);
   const auto j = static_cast<std::size_t>(row);
-  patch.columns = grid.columns;
   patch.along_x = cubic_weights(column - static_cast<double>(i));
   patch.along_y = cubic_weights(row - static_cast<double>(j));
   return (j - 1) * grid.columns + (i - 1);
@@ -251,6 +250,7 @@ SkinField TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept
   const auto corner = place(x_mm, y_mm, patch);
   if (!corner) return far_.at(force_mN(depth_mm), x_mm, y_mm);
   const Blend blended = blend(depth_mm);
+  patch.columns = press_.grid.columns;
   for (std::size_t t = 0; t < 2; ++t) {
     if (blended.weight[t] == 0.0) continue;
     patch.corner[t] = press_.tables[blended.lower + t].nodes.data() + *corner;
@@ -260,24 +260,28 @@ SkinField TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept
   return {.stress = total.stress(), .displacement = static_cast<double>(total.values[6])};
 }
 
-TipField::Energies TipField::energies(std::size_t lower, double x_mm, double y_mm) const noexcept {
+void TipField::energies(std::size_t lower, std::span<const double> x_mm,
+                        std::span<const double> y_mm, std::span<Energies> found) const noexcept {
   const double below = press_.tables[lower].force_mN_per_mm;
   const double above = press_.tables[lower + 1].force_mN_per_mm;
-  GridPatch patch;
-  const auto corner = place(x_mm, y_mm, patch);
-  if (!corner) {
-    const double unit = energy_density_kPa(far_.at(1.0, x_mm, y_mm).stress, skin_, kind_);
-    return {unit * below * below, 2.0 * unit * below * above, unit * above * above};
+  std::array<EnergyPatch, kMostPoints> patches;
+  std::array<EnergyNode, kMostPoints> totals;
+  const std::size_t points = std::min(found.size(), kMostPoints);
+  for (std::size_t i = 0; i < points; ++i) {
+    const auto corner = place(x_mm[i], y_mm[i], patches[i]);
+    patches[i].corner = corner ? energies_[lower].data() + *corner : nullptr;
   }
-  float sum[4] = {};
-  const EnergyNode* row = energies_[lower].data() + *corner;
-  for (std::size_t b = 0; b < 4; ++b, row += patch.columns) {
-    for (std::size_t a = 0; a < 4; ++a) {
-      const auto weight = static_cast<float>(patch.along_x[a] * patch.along_y[b]);
-      for (std::size_t v = 0; v < 4; ++v) sum[v] += weight * row[a].values[v];
+  interpolate(std::span(patches).first(points), press_.grid.columns, totals.data());
+  for (std::size_t i = 0; i < points; ++i) {
+    if (patches[i].corner != nullptr) {
+      const auto& values = totals[i].values;
+      found[i] = {static_cast<double>(values[0]), static_cast<double>(values[1]),
+                  static_cast<double>(values[2])};
+      continue;
     }
+    const double unit = energy_density_kPa(far_.at(1.0, x_mm[i], y_mm[i]).stress, skin_, kind_);
+    found[i] = {unit * below * below, 2.0 * unit * below * above, unit * above * above};
   }
-  return {static_cast<double>(sum[0]), static_cast<double>(sum[1]), static_cast<double>(sum[2])};
 }
 
 std::array<double, 2> TipField::displacements(std::size_t lower, double x_mm,
@@ -285,6 +289,7 @@ std::array<double, 2> TipField::displacements(std::size_t lower, double x_mm,
   std::array<double, 2> found{};
   GridPatch patch;
   const auto corner = place(x_mm, y_mm, patch);
+  patch.columns = press_.grid.columns;
   for (std::size_t t = 0; t < 2; ++t) {
     const PressTables::Table& table = press_.tables[lower + t];
     if (corner) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/contact/far_field.hpp"
@@ -58,9 +59,10 @@ class TipField {
     double cross = 0.0;
     double upper = 0.0;
   };
-  /// Energies of two neighbouring tables in skin at rest, kPa per mm².
-  [[nodiscard]] Energies energies(std::size_t lower, double x_mm,
-                                  double y_mm) const noexcept MERKEL_REALTIME;
+  static constexpr std::size_t kMostPoints = 16;
+  /// Energies of two neighbouring tables in skin at rest, kPa per mm², at kMostPoints at most.
+  void energies(std::size_t lower, std::span<const double> x_mm, std::span<const double> y_mm,
+                std::span<Energies> found) const noexcept MERKEL_REALTIME;
   /// Displacements of the surface by two neighbouring tables, mm per mm; a blend weighs them.
   [[nodiscard]] std::array<double, 2> displacements(std::size_t lower, double x_mm,
                                                     double y_mm) const noexcept MERKEL_REALTIME;
@@ -82,14 +84,11 @@ class TipField {
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
-  struct alignas(16) EnergyNode {
-    float values[4] = {};  ///< lower, cross, upper, and a zero
-  };
   TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin);
   void fill_energies();
   /// Fills a patch's weights. \return index of its first node, if it lies inside the grid
-  [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm,
-                                                 GridPatch& patch) const noexcept;
+  template <class P>
+  [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm, P& patch) const noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;
@@ -97,7 +96,8 @@ class TipField {
   double half_diagonal_mm_;
   bool proportional_;
   PressTables press_;
-  std::vector<std::vector<EnergyNode>> energies_;  ///< of each pair of tables
+  /// Of each pair of tables: lower, cross and upper.
+  std::vector<std::vector<EnergyNode>> energies_;
 };
 
 }  // namespace merkel

@@ -1,6 +1,7 @@
 #include "core/receptors/receptor_arrays.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace merkel {
@@ -134,13 +135,18 @@ void ReceptorArrays<Real>::press_alone(const PlacedContact& placed, std::size_t 
   for (std::size_t block = first / kReceptorBlock; block < last / kReceptorBlock; ++block) {
     if (known_blocks_[block] != 0) continue;
     known_blocks_[block] = 1;
-    for (std::size_t i = block * kReceptorBlock; i < (block + 1) * kReceptorBlock; ++i) {
-      const auto energies =
-          placed.field->energies(blend.lower, static_cast<double>(x_[i]) - placed.x_mm,
-                                 static_cast<double>(y_[i]) - placed.y_mm);
-      sums_[0][i] = static_cast<Real>(energies.lower);
-      sums_[1][i] = static_cast<Real>(energies.cross);
-      sums_[2][i] = static_cast<Real>(energies.upper);
+    const std::size_t begin = block * kReceptorBlock;
+    std::array<double, kReceptorBlock> dx, dy;
+    for (std::size_t i = 0; i < kReceptorBlock; ++i) {
+      dx[i] = static_cast<double>(x_[begin + i]) - placed.x_mm;
+      dy[i] = static_cast<double>(y_[begin + i]) - placed.y_mm;
+    }
+    std::array<TipField::Energies, kReceptorBlock> energies;
+    placed.field->energies(blend.lower, dx, dy, energies);
+    for (std::size_t i = 0; i < kReceptorBlock; ++i) {
+      sums_[0][begin + i] = static_cast<Real>(energies[i].lower);
+      sums_[1][begin + i] = static_cast<Real>(energies[i].cross);
+      sums_[2][begin + i] = static_cast<Real>(energies[i].upper);
     }
   }
   const auto [below, above] = blend.weight;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "core/skin/stress.hpp"
 
@@ -37,5 +38,23 @@ struct GridPatch {
 /// The weighted sum of two tables' interpolated values. Bit-identical on every instruction set.
 /// Real-time: yes.
 [[nodiscard]] GridNode interpolate(const GridPatch& patch) noexcept;
+
+/// Three values at a node of a grid, and a zero.
+struct alignas(16) EnergyNode {
+  std::array<float, 4> values{};
+};
+
+/// As a GridPatch of one table.
+struct EnergyPatch {
+  const EnergyNode* corner;  ///< null: not interpolated
+  std::array<double, 4> along_x;
+  std::array<double, 4> along_y;
+};
+
+/// The interpolated values of many patches of a grid of so many columns. Bit-identical on every
+/// instruction set. Real-time: yes.
+/// \param totals  one per patch; those of a patch without a corner are not written
+void interpolate(std::span<const EnergyPatch> patches, std::size_t columns,
+                 EnergyNode* totals) noexcept;
 
 }  // namespace merkel

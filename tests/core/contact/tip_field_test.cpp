@@ -262,7 +262,9 @@ TEST(TipField, TheEnergyOfABlendIsThatOfItsStress) {
   for (const double depth : {0.001, 0.09, 0.2, 0.9, 3.0}) {
     const TipField::Blend blend = field.blend(depth);
     for (const double x : {0.0, 0.7, 1.1, 3.0, 9.0, 30.0}) {
-      const auto [lower, cross, upper] = field.energies(blend.lower, x, 0.4);
+      TipField::Energies found;
+      field.energies(blend.lower, {{x}}, {{0.4}}, {&found, 1});
+      const auto [lower, cross, upper] = found;
       const auto [w0, w1] = blend.weight;
       const double direct = energy(field.at(x, 0.4, depth).stress, skin);
       EXPECT_NEAR(w0 * w0 * lower + w0 * w1 * cross + w1 * w1 * upper, direct,
