@@ -36,6 +36,7 @@ struct HostTimeReport {
   LatencySummary wake_up;
   LatencySummary queue;
   LatencySummary tick;
+  LatencySummary processor;  ///< what a tick and its publication used of a processor
   LatencySummary publish;
 };
 

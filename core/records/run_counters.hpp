@@ -69,7 +69,7 @@ inline constexpr auto kRunCounterFields = [] {
           true},
       Row{"longest_overrun_ns", "ns", "longest time by which a tick overran",
           &Counters::longest_overrun_ns},
-      Row{"overruns_by_late_wake_up", "", "overruns caused by the host: a late wake-up",
+      Row{"overruns_by_late_wake_up", "", "overruns caused by the host: a late wake-up, or a stop",
           &Counters::overruns_by_late_wake_up},
       Row{"overruns_by_long_compute", "", "overruns caused by the model: a long computation",
           &Counters::overruns_by_long_compute},

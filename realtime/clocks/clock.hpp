@@ -11,6 +11,9 @@ concept Clock = requires(C& clock, std::chrono::nanoseconds time) {
   /// The current time, host-monotonic.
   { clock.now() }
   noexcept->std::same_as<std::chrono::nanoseconds>;
+  /// The processor time that the thread has used; only its differences have a meaning.
+  { clock.processor_time() }
+  noexcept->std::same_as<std::chrono::nanoseconds>;
   /// Returns at `time`, or at once if it has passed.
   { clock.wait_until(time) }
   noexcept;

@@ -19,6 +19,7 @@ constexpr nanoseconds kCalibrationSleep{200'000};
 }  // namespace
 
 nanoseconds PeriodicClock::now() noexcept { return host_now(); }
+nanoseconds PeriodicClock::processor_time() noexcept { return host_processor_time(); }
 
 void PeriodicClock::sleep_measured(nanoseconds time) noexcept {
   host_sleep_until(time);

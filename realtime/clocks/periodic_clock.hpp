@@ -34,6 +34,7 @@ class PeriodicClock {
       : parameters_(parameters), margin_(parameters.period) {}
 
   [[nodiscard]] static std::chrono::nanoseconds now() noexcept;
+  [[nodiscard]] static std::chrono::nanoseconds processor_time() noexcept;
   void wait_until(std::chrono::nanoseconds time) noexcept;
   static bool wait_for_others() noexcept { return false; }
 

@@ -17,6 +17,7 @@ class VirtualClock {
   explicit VirtualClock(const std::atomic<bool>& stop) : stop_(&stop) {}
 
   [[nodiscard]] std::chrono::nanoseconds now() const noexcept { return now_; }
+  [[nodiscard]] static std::chrono::nanoseconds processor_time() noexcept { return {}; }
   void wait_until(std::chrono::nanoseconds time) noexcept { now_ = std::max(now_, time); }
   /// Spins a little, then sleeps: the other threads may need this core.
   bool wait_for_others() noexcept {

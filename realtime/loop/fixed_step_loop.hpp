@@ -110,7 +110,7 @@ class FixedStepLoop {
       on_time_ = !behind_at_start;
       if (behind > 0 && on_time_) statistics_.catch_up_ticks.add();
       simulate(k, due, started, tick);
-      if (on_time_) classify_overrun(due, started, tick);
+      if (on_time_) classify_overrun(due, tick);
     }
     publish(step_.finish());
     fanout_.end();
@@ -163,23 +163,23 @@ class FixedStepLoop {
     return now_;
   }
 
-  /// Counts an overrun and its cause. An overrun caused by the previous one inherits its cause.
-  void classify_overrun(std::chrono::nanoseconds due, std::chrono::nanoseconds started,
-                        std::chrono::nanoseconds tick) noexcept {
+  /// Counts an overrun and its cause: the model, if the tick alone took a processor for longer than
+  /// it lasts, or for longer than the host delayed and stopped it. An overrun caused by the
+  /// previous one inherits its cause.
+  void classify_overrun(std::chrono::nanoseconds due, std::chrono::nanoseconds tick) noexcept {
     const auto overrun = now_ - (due + tick);
     if (overrun.count() <= 0) {
       overran_ = false;
       return;
     }
-    if (now_ - started > tick) {
-      late_wake_up_ = false;
+    if (computed_for_ > tick) {
+      by_host_ = false;
     } else if (!overran_) {
-      late_wake_up_ = started - due > now_ - started;
+      by_host_ = now_ - due - computed_for_ > computed_for_;
     }
     overran_ = true;
     statistics_.overruns.add();
-    (late_wake_up_ ? statistics_.overruns_by_late_wake_up : statistics_.overruns_by_long_compute)
-        .add();
+    (by_host_ ? statistics_.overruns_by_late_wake_up : statistics_.overruns_by_long_compute).add();
     statistics_.longest_overrun_ns.raise_to(static_cast<std::uint64_t>(overrun.count()));
   }
 
@@ -195,6 +195,7 @@ class FixedStepLoop {
   void simulate(std::int64_t k, std::chrono::nanoseconds due, std::chrono::nanoseconds started,
                 std::chrono::nanoseconds tick) noexcept {
     TickTiming timing{.end = parameters_.start + k * tick, .due = due, .started = started};
+    const auto used_before = clock_.processor_time();
     read_probes(timing);
     if (fanout_.commands_failed() && step_.encoder() != nullptr) {
       step_.encoder()->fail_safe(StimulationCommand::Stop::kSinkFailure);
@@ -203,6 +204,7 @@ class FixedStepLoop {
     const SimulationStep::Output made = step_.step(records_);
     timing.computed = clock_.now();
     publish(made, timing);
+    computed_for_ = clock_.processor_time() - used_before;
     count(made, timing);
   }
 
@@ -292,6 +294,7 @@ class FixedStepLoop {
     statistics_.neuron_resets.add(model_.resets().size());
     statistics_.spikes_refused.raise_to(model_.spikes_refused());
     statistics_.tick.record(timing.computed - timing.started);
+    statistics_.processor.record(computed_for_);
     statistics_.publish.record(timing.published - timing.computed);
     if (on_time_) count_latency(made, timing);
     statistics_.ticks.add();
@@ -380,12 +383,13 @@ class FixedStepLoop {
   std::vector<std::optional<std::chrono::nanoseconds>> released_since_;
   std::vector<std::optional<std::chrono::nanoseconds>> uncertain_since_;  ///< zeros
   RunTally tally_;
-  std::chrono::nanoseconds now_{0};     ///< when the clock was last read
-  std::chrono::nanoseconds rested_{0};  ///< when the loop last waited
-  bool waited_ = false;                 ///< for the present tick to be due
-  bool overran_ = false;                ///< whether the previous tick overran
-  bool on_time_ = true;                 ///< whether the backlog of the start is caught up
-  bool late_wake_up_ = false;           ///< cause of the last overrun
+  std::chrono::nanoseconds now_{0};           ///< when the clock was last read
+  std::chrono::nanoseconds rested_{0};        ///< when the loop last waited
+  bool waited_ = false;                       ///< for the present tick to be due
+  bool overran_ = false;                      ///< whether the previous tick overran
+  bool on_time_ = true;                       ///< whether the backlog of the start is caught up
+  bool by_host_ = false;                      ///< cause of the last overrun
+  std::chrono::nanoseconds computed_for_{0};  ///< processor time of the last tick
 };
 
 }  // namespace merkel

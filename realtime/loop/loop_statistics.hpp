@@ -42,7 +42,8 @@ struct LoopStatistics : RunCountersOf<Counter> {
       wake_up;  ///< from the time a tick was due to its beginning; only ticks that waited
   LatencyHistogram queue;  ///< from the sample's arrival to the tick's beginning: the jitter buffer
   LatencyHistogram tick;   ///< from the tick's beginning to the end of the model's step
-  LatencyHistogram publish;  ///< from there until its spikes are in the consumers' queues
+  LatencyHistogram processor;  ///< processor time of a tick, its publication included
+  LatencyHistogram publish;    ///< from there until its spikes are in the consumers' queues
 };
 
 /// Where the latencies from a sample stood five to ten seconds ago. Thread: one.

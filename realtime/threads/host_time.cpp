@@ -9,14 +9,18 @@ namespace {
 
 constexpr long kPerSecond = 1'000'000'000;
 
-}  // namespace
-
-std::chrono::nanoseconds host_now() noexcept {
+std::chrono::nanoseconds time_of(clockid_t clock) noexcept {
   timespec time{};
-  ::clock_gettime(CLOCK_MONOTONIC, &time);
+  ::clock_gettime(clock, &time);
   return std::chrono::nanoseconds{static_cast<std::int64_t>(time.tv_sec) * kPerSecond +
                                   time.tv_nsec};
 }
+
+}  // namespace
+
+std::chrono::nanoseconds host_now() noexcept { return time_of(CLOCK_MONOTONIC); }
+
+std::chrono::nanoseconds host_processor_time() noexcept { return time_of(CLOCK_THREAD_CPUTIME_ID); }
 
 void host_sleep_until(std::chrono::nanoseconds time) noexcept {
   timespec deadline{};

@@ -7,6 +7,10 @@ namespace merkel {
 /// The host's monotonic clock. Real-time: yes. Thread: any.
 [[nodiscard]] std::chrono::nanoseconds host_now() noexcept;
 
+/// The processor time that the calling thread has used: without what other threads, or other guests
+/// of the same machine, took from it. Real-time: yes; a call of the kernel of 0.4 µs.
+[[nodiscard]] std::chrono::nanoseconds host_processor_time() noexcept;
+
 /// Sleeps until a time of the monotonic clock; returns at once if it has passed. This is the
 /// only blocking call of the simulation thread.
 void host_sleep_until(std::chrono::nanoseconds time) noexcept;

@@ -52,6 +52,7 @@ Json loop_json(const RunReport& report) {
       {"wake_up", latency_json(host.wake_up)},
       {"queue", latency_json(host.queue)},
       {"tick", latency_json(host.tick)},
+      {"processor", latency_json(host.processor)},
       {"publish", latency_json(host.publish)}};
 }
 

@@ -334,15 +334,15 @@ class RunChecks {
     }
   }
 
-  /// Whether more than rare ticks took longer than they last. Rare ones are stopped by the host.
+  /// Whether more than rare ticks use a processor for longer than they last.
   [[nodiscard]] bool model_is_slow() const {
-    return report_.host_time && report_.host_time->tick.p99 > model_.parameters().tick;
+    return report_.host_time && report_.host_time->processor.p99 > model_.parameters().tick;
   }
   [[nodiscard]] std::string slow_model() const {
     return fmt::format(
-        "simplify the scene (merkel plan): 1 % of its ticks took over {} ms, and a "
+        "simplify the scene (merkel plan): 1 % of its ticks compute for over {} ms, and a "
         "tick lasts {} ms",
-        number_text(units::ms_from(report_.host_time->tick.p99)), number_text(1e3 * tick_s_));
+        number_text(units::ms_from(report_.host_time->processor.p99)), number_text(1e3 * tick_s_));
   }
 
   void check_sink(const RunReport::OfSink& sink) {

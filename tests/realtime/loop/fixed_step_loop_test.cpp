@@ -49,7 +49,7 @@ class FixedStepLoopTest : public testing::Test {
           deliver(woken);
           return woken;
         },
-        std::move(work));
+        std::move(work), host_stops_);
     std::vector<ProbeInput> inputs{ProbeInput(channel_, {.stale_after = milliseconds{50}})};
     FixedStepLoop<ScriptedClock> loop({.start = nanoseconds{0},
                                        .wall_offset = nanoseconds{0},
@@ -76,6 +76,7 @@ class FixedStepLoopTest : public testing::Test {
   ProbeInput::Counts counts_;
   std::vector<LoopEvent> raised_;
   BoundedQueue<TickTiming>* timings_ = nullptr;
+  ScriptedClock::Work host_stops_;  ///< for how long, during the work of a tick
 };
 
 TEST_F(FixedStepLoopTest, PunctualSamplesAreAllUsedOnce) {
@@ -164,6 +165,22 @@ TEST_F(FixedStepLoopTest, ALongComputationIsDistinguishedFromALateWakeUp) {
   EXPECT_EQ(statistics_.longest_overrun_ns.value(), 2'500'000U);
   EXPECT_EQ(statistics_.tick.snapshot().longest(), units::nanoseconds_from_ms(3.5));
   EXPECT_EQ(statistics_.tick.snapshot().count(), 200U);
+}
+
+TEST_F(FixedStepLoopTest, ATickThatTheHostStopsIsNotALongComputation) {
+  samples(200, 1.5, [](int k) { return milliseconds{k}; });
+  // Of two ticks of 3.5 ms, the host stops one for 3.4 ms; the other computes all the time.
+  host_stops_ = [](nanoseconds started) {
+    return units::nanoseconds_from_ms(started == milliseconds{52} ? 3.4 : 0.0);
+  };
+  run(on_time, milliseconds{2}, 20, [](nanoseconds started) {
+    const bool takes_long = started == milliseconds{52} || started == milliseconds{102};
+    return units::nanoseconds_from_ms(takes_long ? 3.5 : 0.1);
+  });
+  EXPECT_EQ(statistics_.overruns.value(), 6U);
+  EXPECT_EQ(statistics_.overruns_by_late_wake_up.value(), 3U);  // the stopped one and two after it
+  EXPECT_EQ(statistics_.overruns_by_long_compute.value(), 3U);
+  EXPECT_EQ(statistics_.processor.snapshot().longest(), units::nanoseconds_from_ms(3.5));
 }
 
 TEST_F(FixedStepLoopTest, AModelThatNeverKeepsUpLeavesGapsAndContinues) {
