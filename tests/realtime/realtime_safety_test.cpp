@@ -404,7 +404,7 @@ TEST(RealtimeSafety, ATactileArrayNeitherAllocatesNorLocks) {
   EXPECT_EQ(g_calls, 0) << g_last.load();
 }
 
-TEST(RealtimeSafety, TheSleepIsTheOnlySystemCallOfTheSimulationThread) {
+TEST(RealtimeSafety, TheSimulationThreadOnlySleepsAndReadsItsProcessorTime) {
   const auto run = [] {
     auto model = TactileModel::create({});
     Pipeline pipeline(*model, {.fast = false});

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 
 #include <linux/audit.h>
 #include <linux/filter.h>
@@ -80,14 +81,18 @@ bool trap_system_calls_of_this_thread() {
   const auto high = static_cast<std::uint32_t>(through >> 32U);
   constexpr auto kNumber = static_cast<std::uint32_t>(offsetof(seccomp_data, nr));
   constexpr auto kPlace = static_cast<std::uint32_t>(offsetof(seccomp_data, instruction_pointer));
-  std::array<sock_filter, 9> filter = {{
+  constexpr auto kClock = static_cast<std::uint32_t>(offsetof(seccomp_data, args));
+  std::array<sock_filter, 12> filter = {{
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kPlace),
       BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, low, 0, 2),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kPlace + 4),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, high, 4, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, high, 7, 0),
       BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kNumber),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_nanosleep, 2, 0),
-      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_rt_sigreturn, 1, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_nanosleep, 5, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_rt_sigreturn, 4, 0),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_clock_gettime, 0, 2),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, kClock),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, CLOCK_THREAD_CPUTIME_ID, 1, 0),
       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_TRAP),
       BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
   }};

@@ -2,10 +2,10 @@
 
 namespace merkel {
 
-/// From now on, counts every system call of the calling thread except absolute sleeps, whatever
-/// function makes it. The kernel stops the call (seccomp); a signal handler counts it and lets it
-/// proceed. For x86-64 Linux.
-/// \return false if the kernel or the processor does not support this
+/// From now on, counts every system call of the calling thread except absolute sleeps and
+/// readings of its processor time, whatever function makes it. The kernel stops the call (seccomp);
+/// a signal handler counts it and lets it proceed. For x86-64 Linux. \return false if the kernel or
+/// the processor does not support this
 bool trap_system_calls_of_this_thread();
 
 /// Resumes or pauses counting for all trapped threads.

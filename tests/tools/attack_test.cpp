@@ -230,7 +230,10 @@ void send_text(int client, const std::string& text) {
 
 TEST(Attack, ALineWithoutEndTakesNoMemory) {
   const Server server([](int client, const std::stop_token& stop) {
-    for (int k = 0; k < 100; ++k) send_text(client, "0.300\n");
+    for (int k = 0; k < 100; ++k) {
+      send_text(client, "0.300\n");
+      std::this_thread::sleep_for(milliseconds{2});
+    }
     const std::string endless(1 << 16U, '7');
     for (int k = 0; k < 2000 && !stop.stop_requested(); ++k) send_text(client, endless);
     for (int k = 0; k < 400 && !stop.stop_requested(); ++k) {

@@ -21,13 +21,15 @@ TEST(FilledText, HasLinesOnlyForWhatTheFactsSay) {
                {"queue", nullptr},
                {"wake_up", latency},
                {"tick", nullptr},
+               {"processor", latency},
                {"publish", latency}};
   const std::string measured = "p50 1.0, p99 2.5, p99.9 3.0, max 4.0 µs\n";
   EXPECT_EQ(filled_text("loop", loop),
             "loop: sleep wait, SCHED_OTHER, on core 0, memory not locked; 3 page faults, 0 "
             "involuntary context switches\n"
             "  wake-up: " +
-                measured + "  tick: not measured\n  publish: " + measured);
+                measured + "  tick: not measured\n  processor time of a tick: " + measured +
+                "  publish: " + measured);
   loop["priority"] = 80;
   loop["margin_us"] = 49.6;
   loop["cpu"] = nullptr;

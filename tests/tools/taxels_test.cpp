@@ -213,9 +213,10 @@ std::string error_of(const std::string& probe, const std::string& more = "") {
   const std::string scene =
       folder.file("s.toml", "preset = \"goodwin\"\n" + more + "[probe]\n" + probe);
   const auto run = run_program({"run", scene, "--fast", "--duration-s", "0.3"});
-  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), run.exit_code == 0 ? 0 : 1)
-      << run.err;
-  return run.exit_code == 0 ? "" : run.err;
+  std::string err = run.err;
+  if (err.starts_with("merkel: still ")) err.erase(0, err.find('\n') + 1);  // a slow machine
+  EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), run.exit_code == 0 ? 0 : 1) << run.err;
+  return err;
 }
 
 TEST(Taxels, WrongArraysGiveOneSentence) {
