@@ -229,20 +229,25 @@ double TipField::farthest_mm() const noexcept {
          std::hypot(static_cast<double>(grid.columns), static_cast<double>(grid.rows));
 }
 
-template <class P>
-std::optional<std::size_t> TipField::place(double x_mm, double y_mm, P& patch) const noexcept {
+TipField::Place TipField::place(double x_mm, double y_mm) const noexcept {
   const PixelGrid& grid = press_.grid;
   const double column = x_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.columns - 1);
   const double row = y_mm / grid.pixel_mm + 0.5 * static_cast<double>(grid.rows - 1);
-  if (!(column >= 1.0 && column < static_cast<double>(grid.columns - 2) && row >= 1.0 &&
-        row < static_cast<double>(grid.rows - 2))) {
-    return std::nullopt;
-  }
-  const auto i = static_cast<std::size_t>(column);
-  const auto j = static_cast<std::size_t>(row);
-  patch.along_x = cubic_weights(column - static_cast<double>(i));
-  patch.along_y = cubic_weights(row - static_cast<double>(j));
-  return (j - 1) * grid.columns + (i - 1);
+  return {column, row,
+          column >= 1.0 && column < static_cast<double>(grid.columns - 2) && row >= 1.0 &&
+              row < static_cast<double>(grid.rows - 2)};
+}
+
+std::optional<std::size_t> TipField::place(double x_mm, double y_mm,
+                                           GridPatch& patch) const noexcept {
+  const Place at = place(x_mm, y_mm);
+  if (!at.inside) return std::nullopt;
+  const auto i = static_cast<std::size_t>(at.column);
+  const auto j = static_cast<std::size_t>(at.row);
+  patch.columns = press_.grid.columns;
+  patch.along_x = cubic_weights(at.column - static_cast<double>(i));
+  patch.along_y = cubic_weights(at.row - static_cast<double>(j));
+  return (j - 1) * patch.columns + (i - 1);
 }
 
 SkinField TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept {
@@ -250,7 +255,6 @@ SkinField TipField::at(double x_mm, double y_mm, double depth_mm) const noexcept
   const auto corner = place(x_mm, y_mm, patch);
   if (!corner) return far_.at(force_mN(depth_mm), x_mm, y_mm);
   const Blend blended = blend(depth_mm);
-  patch.columns = press_.grid.columns;
   for (std::size_t t = 0; t < 2; ++t) {
     if (blended.weight[t] == 0.0) continue;
     patch.corner[t] = press_.tables[blended.lower + t].nodes.data() + *corner;
@@ -264,16 +268,19 @@ void TipField::energies(std::size_t lower, std::span<const double> x_mm,
                         std::span<const double> y_mm, std::span<Energies> found) const noexcept {
   const double below = press_.tables[lower].force_mN_per_mm;
   const double above = press_.tables[lower + 1].force_mN_per_mm;
-  std::array<EnergyPatch, kMostPoints> patches;
-  std::array<EnergyNode, kMostPoints> totals;
-  const std::size_t points = std::min(found.size(), kMostPoints);
-  for (std::size_t i = 0; i < points; ++i) {
-    const auto corner = place(x_mm[i], y_mm[i], patches[i]);
-    patches[i].corner = corner ? energies_[lower].data() + *corner : nullptr;
+  GridPoints points;
+  std::array<bool, GridPoints::kCount> inside{};
+  const std::size_t count = std::min(found.size(), GridPoints::kCount);
+  for (std::size_t i = 0; i < GridPoints::kCount; ++i) {
+    const Place at = i < count ? place(x_mm[i], y_mm[i]) : Place{};
+    inside[i] = at.inside;
+    points.column[i] = at.inside ? at.column : 1.0;
+    points.row[i] = at.inside ? at.row : 1.0;
   }
-  interpolate(std::span(patches).first(points), press_.grid.columns, totals.data());
-  for (std::size_t i = 0; i < points; ++i) {
-    if (patches[i].corner != nullptr) {
+  std::array<EnergyNode, GridPoints::kCount> totals;
+  interpolate(energies_[lower].data(), press_.grid.columns, points, totals);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (inside[i]) {
       const auto& values = totals[i].values;
       found[i] = {static_cast<double>(values[0]), static_cast<double>(values[1]),
                   static_cast<double>(values[2])};
@@ -289,7 +296,6 @@ std::array<double, 2> TipField::displacements(std::size_t lower, double x_mm,
   std::array<double, 2> found{};
   GridPatch patch;
   const auto corner = place(x_mm, y_mm, patch);
-  patch.columns = press_.grid.columns;
   for (std::size_t t = 0; t < 2; ++t) {
     const PressTables::Table& table = press_.tables[lower + t];
     if (corner) {

@@ -59,8 +59,8 @@ class TipField {
     double cross = 0.0;
     double upper = 0.0;
   };
-  static constexpr std::size_t kMostPoints = 16;
-  /// Energies of two neighbouring tables in skin at rest, kPa per mm², at kMostPoints at most.
+  /// Energies of two neighbouring tables in skin at rest, kPa per mm², at up to GridPoints::kCount
+  /// points.
   void energies(std::size_t lower, std::span<const double> x_mm, std::span<const double> y_mm,
                 std::span<Energies> found) const noexcept MERKEL_REALTIME;
   /// Displacements of the surface by two neighbouring tables, mm per mm; a blend weighs them.
@@ -86,9 +86,15 @@ class TipField {
  private:
   TipField(const PressedTip& tip, const LayeredMedium& medium, const SkinParameters& skin);
   void fill_energies();
+  /// A point in columns and rows of the grid, and whether the nodes around it lie inside.
+  struct Place {
+    double column, row;
+    bool inside;
+  };
+  [[nodiscard]] Place place(double x_mm, double y_mm) const noexcept;
   /// Fills a patch's weights. \return index of its first node, if it lies inside the grid
-  template <class P>
-  [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm, P& patch) const noexcept;
+  [[nodiscard]] std::optional<std::size_t> place(double x_mm, double y_mm,
+                                                 GridPatch& patch) const noexcept;
 
   SkinMaterial skin_;
   EnergyDensity kind_;

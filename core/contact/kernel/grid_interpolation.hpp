@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstddef>
-#include <span>
 
 #include "core/skin/stress.hpp"
 
@@ -44,17 +43,18 @@ struct alignas(16) EnergyNode {
   std::array<float, 4> values{};
 };
 
-/// As a GridPatch of one table.
-struct EnergyPatch {
-  const EnergyNode* corner;  ///< null: not interpolated
-  std::array<double, 4> along_x;
-  std::array<double, 4> along_y;
+/// Points between the nodes of a grid, in columns and rows from its first node: at least one node
+/// from its rim, and less than two from its far one.
+struct GridPoints {
+  static constexpr std::size_t kCount = 16;
+  std::array<double, kCount> column;
+  std::array<double, kCount> row;
 };
 
-/// The interpolated values of many patches of a grid of so many columns. Bit-identical on every
-/// instruction set. Real-time: yes.
-/// \param totals  one per patch; those of a patch without a corner are not written
-void interpolate(std::span<const EnergyPatch> patches, std::size_t columns,
-                 EnergyNode* totals) noexcept;
+/// The cubically interpolated values at some points. Bit-identical on every instruction set.
+/// Real-time: yes.
+/// \param columns  of the grid
+void interpolate(const EnergyNode* nodes, std::size_t columns, const GridPoints& points,
+                 std::array<EnergyNode, GridPoints::kCount>& totals) noexcept;
 
 }  // namespace merkel
