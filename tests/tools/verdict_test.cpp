@@ -287,9 +287,11 @@ TEST(NumberText, HasNoExponentAndNoPluralOfOne) {
 
 /// The remedy for late and skipped ticks of a run whose slowest hundredth of ticks took 3.6 ms, and
 /// a processor for a part of it.
-std::string remedy(std::chrono::microseconds used) {
-  return findings([used](RunReport& report) {
+std::string remedy(std::chrono::microseconds used, std::uint64_t by_host = 2) {
+  return findings([&](RunReport& report) {
            report.overruns = report.skipped_ticks = 5;
+           report.overruns_by_late_wake_up = by_host;
+           report.overruns_by_long_compute = 5 - by_host;
            report.host_time.emplace().tick.p99 = std::chrono::microseconds{3600};
            report.host_time->processor.p99 = used;
          })
@@ -300,6 +302,7 @@ std::string remedy(std::chrono::microseconds used) {
 TEST(Verdict, LateTicksOfAFastModelAreTheHosts) {
   EXPECT_TRUE(has(remedy(std::chrono::microseconds{225}), "merkel doctor"));
   EXPECT_FALSE(has(remedy(std::chrono::microseconds{225}), "simplify"));
+  EXPECT_TRUE(has(remedy(std::chrono::microseconds{1400}, 3), "merkel doctor"));
   EXPECT_TRUE(
       has(remedy(std::chrono::microseconds{1400}),
           "simplify the scene (merkel plan): 1 % of its ticks compute for over 1.4 ms, and a "

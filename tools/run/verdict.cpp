@@ -334,9 +334,11 @@ class RunChecks {
     }
   }
 
-  /// Whether more than rare ticks use a processor for longer than they last.
+  /// Whether more than rare ticks use a processor for longer than they last, and most late ticks
+  /// are late because of that.
   [[nodiscard]] bool model_is_slow() const {
-    return report_.host_time && report_.host_time->processor.p99 > model_.parameters().tick;
+    return report_.host_time && report_.host_time->processor.p99 > model_.parameters().tick &&
+           report_.overruns_by_long_compute >= report_.overruns_by_late_wake_up;
   }
   [[nodiscard]] std::string slow_model() const {
     return fmt::format(
