@@ -5,7 +5,7 @@ import pathlib
 import sys
 
 from matplotlib.colors import ListedColormap
-from tables import plt, read_table, select
+from tables import picture, plt, read_table, select
 
 FOLDER = pathlib.Path(sys.argv[1])
 COLORS = {
@@ -24,11 +24,7 @@ def unique(values):
     return list(dict.fromkeys(values))
 
 
-def log_axes(axes, x, y):
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+LOGARITHMIC = {"xscale": "log", "yscale": "log"}
 
 
 def below(figure, handles, labels):
@@ -68,25 +64,21 @@ def integrators():
                       label=f"{peer}, 25 µs")
     axes.plot([], [], "kx:", label="in single precision")
     axes.plot([], [], "ko", fillstyle="none", markersize=8, label="wrong spike counts")
-    log_axes(axes, "cost per neuron and simulated second (µs of one core)",
-             "rms spike-time error (ms)")
+    axes.set(xlabel="cost per neuron and simulated second (µs of one core)", ylabel="rms spike-time error (ms)",
+             title="Integrators: steps of 200 to 6.25 µs, left to right", **LOGARITHMIC)
     axes.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    axes.set_title("Integrators: steps of 200 to 6.25 µs, left to right")
     figure.savefig(FOLDER / "integrators.png", bbox_inches="tight")
 
 
 def contact_stage():
     table = read_table(FOLDER / "contact_stage.csv")
-    figure, axes = plt.subplots(figsize=(8.5, 5))
-    for name in unique(table["method"]):
-        rows = select(table, method=name)
-        axes.plot(rows["cost_us_per_tick"], [max(e, 1e-16) for e in rows["error_uA_per_cm2"]],
-                  "o-", label=name)
-    log_axes(axes, "cost per tick (µs of one core)",
-             "largest error of an afferent's\nsummed drive (µA/cm²)")
-    axes.legend(fontsize=9)
-    axes.set_title("Contact stage: 450 receptors under a sphere")
-    figure.savefig(FOLDER / "contact_stage.png")
+    with picture(FOLDER / "contact_stage.png", (8.5, 5), xlabel="cost per tick (µs of one core)",
+                 ylabel="largest error of an afferent's\nsummed drive (µA/cm²)",
+                 title="Contact stage: 450 receptors under a sphere", **LOGARITHMIC) as axes:
+        for name in unique(table["method"]):
+            rows = select(table, method=name)
+            axes.plot(rows["cost_us_per_tick"], [max(e, 1e-16) for e in rows["error_uA_per_cm2"]], "o-", label=name)
+        axes.legend(fontsize=9)
 
 
 def end_to_end():
@@ -110,8 +102,7 @@ def end_to_end():
                 if share > 0:
                     axes.annotate(f"{100 * share:.0f} %", (cost, e), fontsize=8,
                                   color=line.get_color(), xytext=(3, 3), textcoords="offset points")
-        log_axes(axes, "cost per tick (µs of one core)", "")
-        axes.set_title(press)
+        axes.set(xlabel="cost per tick (µs of one core)", title=press, **LOGARITHMIC)
     all_axes[0].set_ylabel("spike-time error (ms): rms,\nnear threshold the median")
     handles, labels = all_axes[0].get_legend_handles_labels()
     below(figure, handles, labels)
@@ -169,10 +160,9 @@ def touch():
         label = f"{receptors:.0f} receptors, {rows['afferents'][0]:.0f} afferents"
         area.plot(rows["contact_area_mm2"], rows["cost_us_per_tick"], "o-", label=label)
         active.plot(rows["active_afferents"], rows["cost_us_per_tick"], "o-", label=label)
-    area.set_xlabel("contact area (mm²)")
+    area.set(xlabel="contact area (mm²)", ylabel="cost per tick (µs of one core)")
     active.set_xlabel("active afferents")
     active.set_xscale("symlog", linthresh=16)
-    area.set_ylabel("cost per tick (µs of one core)")
     for axes in (area, active):
         axes.set_yscale("log")
     area.legend(fontsize=9)
@@ -182,13 +172,11 @@ def touch():
 
 def solved_contact():
     table = read_table(FOLDER / "solved_contact.csv")
-    figure, axes = plt.subplots(figsize=(7, 4.5))
-    for tip in unique(table["tip"]):
-        rows = select(table, tip=tip)
-        axes.plot(rows["cold_ms"], [100 * max(abs(e), 1e-6) for e in rows["force_error"]], "o-", label=tip)
-    log_axes(axes, "cold solution (ms of one core)", "error of the force (%)")
-    axes.legend()
-    figure.savefig(FOLDER / "solved_contact.png")
+    with picture(FOLDER / "solved_contact.png", (7, 4.5), xlabel="cold solution (ms of one core)",
+                 ylabel="error of the force (%)", **LOGARITHMIC) as axes:
+        for tip in unique(table["tip"]):
+            rows = select(table, tip=tip)
+            axes.plot(rows["cold_ms"], [100 * max(abs(e), 1e-6) for e in rows["force_error"]], "o-", label=tip)
 
 
 for draw in (integrators, contact_stage, solved_contact, end_to_end, stability, touch):

@@ -28,9 +28,7 @@ def main():
         axes.grid(False)
         drawn = axes.pcolormesh(x, y, values, cmap=colours, shading="nearest", rasterized=True)
         figure.colorbar(drawn, ax=axes, label=label)
-        axes.set_aspect("equal")
-        axes.set_xlabel("x, along the finger (mm)")
-        axes.set_ylabel("y, across (mm)")
+        axes.set(aspect="equal", xlabel="x, along the finger (mm)", ylabel="y, across (mm)")
     figure.savefig(folder / "contact.png")
 
 

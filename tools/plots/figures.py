@@ -3,7 +3,7 @@
 import pathlib
 import sys
 
-from tables import plt, read_table, select
+from tables import picture, plt, read_table, select
 
 FOLDER = pathlib.Path(sys.argv[1])
 
@@ -12,17 +12,14 @@ def grating():
     table = read_table(FOLDER / "fig4_grating.csv")
     figure, (energy, rate) = plt.subplots(2, 1, figsize=(8, 5.5), sharex=True)
     energy.plot(table["x_mm"], table["sed_kPa"], color="tab:blue")
-    energy.set_ylabel("strain energy density\nat 0.65 mm (kPa)")
-    energy.set_ylim(0, 1.1 * max(table["sed_kPa"]))
+    energy.set(ylabel="strain energy density\nat 0.65 mm (kPa)", ylim=(0, 1.1 * max(table["sed_kPa"])))
     rate.plot(table["x_mm"], table["rate_hz"], color="tab:red")
-    rate.set_ylabel("firing rate (Hz)")
-    rate.set_xlabel("position across the grating (mm)")
     for axes in (energy, rate):
         axes.fill_between(
             table["x_mm"], 0, 1, where=[p == 1 for p in table["pressed"]],
             transform=axes.get_xaxis_transform(), color="0.85", zorder=0, label="bar, 1 mm deep",
         )
-    rate.set_ylim(0, 1.1 * max(table["rate_hz"]))
+    rate.set(xlabel="position across the grating (mm)", ylabel="firing rate (Hz)", ylim=(0, 1.1 * max(table["rate_hz"])))
     energy.legend(loc="upper center")
     figure.suptitle("Fig. 4: bars of 5 mm with gaps of 3 and 5 mm")
     figure.savefig(FOLDER / "fig4_grating.png")
@@ -30,20 +27,14 @@ def grating():
 
 def depth_profiles():
     table = read_table(FOLDER / "fig5_depth.csv")
-    figure, axes = plt.subplots(figsize=(8, 4.5))
-    for depth in range(1, 6):
-        rows = select(table, radius_mm=5.0, depth_mm=float(depth))
-        axes.plot(rows["r_mm"], rows["sed_kPa"], label=f"R = 5 mm, {depth} mm deep",
-                  color=plt.cm.viridis((depth - 1) / 4.5))
-    rows = select(table, radius_mm=2.0, depth_mm=1.0)
-    axes.plot(rows["r_mm"], rows["sed_kPa"], "k--", label="R = 2 mm, 1 mm deep")
-    axes.set_xlim(0, 8)
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel("distance from the axis (mm)")
-    axes.set_ylabel("strain energy density\nat 0.65 mm (kPa)")
-    axes.legend()
-    axes.set_title("Fig. 5: a sphere pressed 1 to 5 mm deep")
-    figure.savefig(FOLDER / "fig5_depth.png")
+    with picture(FOLDER / "fig5_depth.png", (8, 4.5), xlim=(0, 8), ylim=(0, None), xlabel="distance from the axis (mm)",
+                 ylabel="strain energy density\nat 0.65 mm (kPa)", title="Fig. 5: a sphere pressed 1 to 5 mm deep") as axes:
+        for depth in range(1, 6):
+            rows = select(table, radius_mm=5.0, depth_mm=float(depth))
+            axes.plot(rows["r_mm"], rows["sed_kPa"], label=f"R = 5 mm, {depth} mm deep",
+                      color=plt.cm.viridis((depth - 1) / 4.5))
+        rows = select(table, radius_mm=2.0, depth_mm=1.0)
+        axes.plot(rows["r_mm"], rows["sed_kPa"], "k--", label="R = 2 mm, 1 mm deep")
 
 
 SETS = (("paper", "default set"), ("paper-wide", "wide set"))
@@ -61,8 +52,7 @@ def centre_press():
                 continue  # silent ones would crowd the axis
             axes.annotate(f"{neuron:.0f}", (x, y), textcoords="offset points", xytext=(5, 5),
                           fontsize=9)
-        axes.set_xlabel("mean distance of the receptors (mm)")
-        axes.set_title(f"{title}, seed 1")
+        axes.set(xlabel="mean distance of the receptors (mm)", title=f"{title}, seed 1")
     all_axes[0].set_ylabel("firing rate (Hz)")
     figure.colorbar(marks, ax=all_axes, label="receptors of the afferent")
     figure.suptitle("Fig. 6: a press at the centre; numbers: afferents that fire")
@@ -79,30 +69,22 @@ def draws():
             (row[1], "receptors", "receptors of the afferent"),
         ):
             axes.plot(rows[column], rows["rate_hz"], ".", markersize=3, alpha=0.4)
-            axes.set_xlabel(label)
-            axes.set_title(title)
+            axes.set(xlabel=label, title=title)
         row[0].set_ylabel("firing rate (Hz)")
-    seeds = int(max(table["seed"]))
-    figure.suptitle(f"Fig. 7: rate against distance and receptor count, {seeds} receptor draws")
+    figure.suptitle(f"Fig. 7: rate against distance and receptor count, {max(table['seed']):.0f} receptor draws")
     figure.savefig(FOLDER / "fig7_draws.png")
 
 
 def positions():
     table = read_table(FOLDER / "fig8_positions.csv")
-    figure, axes = plt.subplots(figsize=(8, 4.5))
-    seeds = int(max(table["seed"]))
-    axes.plot(table["receptors"], table["network_rate_hz"], ".", color="0.6", markersize=5,
-              label=f"{seeds} receptor draws")
-    first = select(table, seed=1.0)
-    axes.plot(first["receptors"], first["network_rate_hz"], "o", color="tab:red", label="seed 1")
-    for position, x, y in zip(first["position"], first["receptors"], first["network_rate_hz"]):
-        axes.annotate(f"{position:.0f}", (x, y), textcoords="offset points", xytext=(5, 4),
-                      fontsize=8)
-    axes.set_xlabel("receptors of the pressed subregion")
-    axes.set_ylabel("rate of the network (Hz)")
-    axes.legend()
-    axes.set_title("Fig. 8: a press at the centre of each subregion")
-    figure.savefig(FOLDER / "fig8_positions.png")
+    with picture(FOLDER / "fig8_positions.png", (8, 4.5), xlabel="receptors of the pressed subregion",
+                 ylabel="rate of the network (Hz)", title="Fig. 8: a press at the centre of each subregion") as axes:
+        axes.plot(table["receptors"], table["network_rate_hz"], ".", color="0.6", markersize=5,
+                  label=f"{max(table['seed']):.0f} receptor draws")
+        first = select(table, seed=1.0)
+        axes.plot(first["receptors"], first["network_rate_hz"], "o", color="tab:red", label="seed 1")
+        for position, x, y in zip(first["position"], first["receptors"], first["network_rate_hz"]):
+            axes.annotate(f"{position:.0f}", (x, y), textcoords="offset points", xytext=(5, 4), fontsize=8)
 
 
 def contact_laws():
@@ -116,16 +98,10 @@ def contact_laws():
             ("layer_N", "4 mm on bone", "-"),
         ):
             axes.plot(rows["depth_mm"], rows[column], style, label=label)
-        axes.set_xlabel("indentation depth (mm)")
-        axes.set_ylabel("force (N)")
-        axes.set_title(f"sphere of {radius:g} mm radius")
+        axes.set(xlabel="indentation depth (mm)", ylabel="force (N)", title=f"sphere of {radius:g} mm radius")
     all_axes[0].legend()
     figure.savefig(FOLDER / "contact_laws.png")
 
 
-grating()
-depth_profiles()
-centre_press()
-draws()
-positions()
-contact_laws()
+for draw in (grating, depth_profiles, centre_press, draws, positions, contact_laws):
+    draw()

@@ -3,7 +3,7 @@
 import pathlib
 import sys
 
-from tables import plt, read_table, select
+from tables import picture, plt, read_table, select
 
 FOLDER = pathlib.Path(sys.argv[1])
 LABELS = {
@@ -24,76 +24,45 @@ def section(table, name, title):
     rows = select(table, section=name)
     if len(rows["x"]) < 2:
         return  # a single point needs no picture
-    figure, axes = plt.subplots(figsize=(7.5, 4.8))
-    for index, label in enumerate(dict.fromkeys(rows["set"])):
-        of_set = select(rows, set=label)
-        order = sorted(range(len(of_set["x"])), key=lambda i: of_set["x"][i])
-        x, measured, predicted = ([of_set[c][i] for i in order] for c in ("x", "measured", "predicted"))
-        colour = f"C{index}"
-        axes.plot(x, predicted, "-", color=colour, label=f"model, {label.split(', ', 1)[-1]}")
-        axes.plot(x, measured, "o", color=colour, label=f"recorded, {label.split(', ', 1)[-1]}")
-    axes.set_xlabel(LABELS.get(rows["x_name"][0], rows["x_name"][0]))
-    if name == "hold_adaptation":
-        axes.set_ylabel("fall of the rate (fraction)")
-    else:
-        axes.set_ylabel("rate (impulses/s)")
-    if name == "vibration":
-        axes.set_xscale("log")
-        ticks = [t for t in (10, 20, 30, 50, 100, 200, 300, 500, 1000)
-                 if 0.7 * min(rows["x"]) < t < 1.4 * max(rows["x"])]
-        axes.set_xticks(ticks, [f"{t}" for t in ticks])
-        axes.minorticks_off()
-    axes.set_ylim(bottom=0)
-    axes.legend()
-    axes.set_title(title)
-    figure.savefig(FOLDER / f"{name}.png")
+    with picture(FOLDER / f"{name}.png", xlabel=LABELS.get(rows["x_name"][0], rows["x_name"][0]),
+                 ylabel="fall of the rate (fraction)" if name == "hold_adaptation" else "rate (impulses/s)",
+                 ylim=(0, None), title=title) as axes:
+        for index, label in enumerate(dict.fromkeys(rows["set"])):
+            of_set = select(rows, set=label)
+            order = sorted(range(len(of_set["x"])), key=lambda i: of_set["x"][i])
+            x, measured, predicted = ([of_set[c][i] for i in order] for c in ("x", "measured", "predicted"))
+            axes.plot(x, predicted, "-", color=f"C{index}", label=f"model, {label.split(', ', 1)[-1]}")
+            axes.plot(x, measured, "o", color=f"C{index}", label=f"recorded, {label.split(', ', 1)[-1]}")
+        if name == "vibration":
+            axes.set_xscale("log")
+            ticks = [t for t in (10, 20, 30, 50, 100, 200, 300, 500, 1000)
+                     if 0.7 * min(rows["x"]) < t < 1.4 * max(rows["x"])]
+            axes.set_xticks(ticks, [f"{t}" for t in ticks])
+            axes.minorticks_off()
 
 
-def holds():
-    table = table_if_any("holds.csv")
-    if not table:
-        return
-    figure, axes = plt.subplots(figsize=(7.5, 4.8))
-    for level in dict.fromkeys(table["level"]):
-        rows = select(table, level=level)
-        axes.plot(rows["time_s"], rows["rate_hz"], label=f"{level:g} {rows['unit'][0]}")
-    axes.set_xlabel("time since the hold began (s)")
-    axes.set_ylabel("rate (impulses/s)")
-    axes.set_ylim(bottom=0)
-    axes.legend()
-    axes.set_title("Adaptation during a hold")
-    figure.savefig(FOLDER / "adaptation.png")
+def holds(table):
+    with picture(FOLDER / "adaptation.png", xlabel="time since the hold began (s)", ylabel="rate (impulses/s)",
+                 ylim=(0, None), title="Adaptation during a hold") as axes:
+        for level in dict.fromkeys(table["level"]):
+            rows = select(table, level=level)
+            axes.plot(rows["time_s"], rows["rate_hz"], label=f"{level:g} {rows['unit'][0]}")
 
 
-def rate_by_drive():
-    table = table_if_any("rate_by_drive.csv")
-    if not table:
-        return
-    figure, axes = plt.subplots(figsize=(7.5, 4.8))
-    axes.plot(table["drive_hz"], table["drive_hz"], "--", color="0.6", label="rate = drive")
-    axes.plot(table["drive_hz"], table["rate_hz"], ".-", label="model")
-    axes.set_xlabel("constant drive (Hz)")
-    axes.set_ylabel("rate (impulses/s)")
-    axes.set_ylim(0, 1.15 * max(table["rate_hz"]))
-    axes.legend()
-    axes.set_title("f–I curve of the neuron")
-    figure.savefig(FOLDER / "rate_by_drive.png")
+def rate_by_drive(table):
+    with picture(FOLDER / "rate_by_drive.png", xlabel="constant drive (Hz)", ylabel="rate (impulses/s)",
+                 ylim=(0, 1.15 * max(table["rate_hz"])), title="f–I curve of the neuron") as axes:
+        axes.plot(table["drive_hz"], table["drive_hz"], "--", color="0.6", label="rate = drive")
+        axes.plot(table["drive_hz"], table["rate_hz"], ".-", label="model")
 
 
-def intervals():
-    table = table_if_any("intervals.csv")
-    if not table:
-        return
-    figure, axes = plt.subplots(figsize=(7.5, 4.8))
-    for rate in dict.fromkeys(table["rate_hz"]):
-        values = select(table, rate_hz=rate)["interval_ms"]
-        axes.hist(values, bins=80, range=(0, 200), density=True, histtype="step", linewidth=1.5,
-                  label=f"{rate:g} Hz")
-    axes.set_xlabel("interval between impulses (ms)")
-    axes.set_ylabel("density (1/ms)")
-    axes.legend()
-    axes.set_title("Intervals at steady rates")
-    figure.savefig(FOLDER / "intervals.png")
+def intervals(table):
+    with picture(FOLDER / "intervals.png", xlabel="interval between impulses (ms)", ylabel="density (1/ms)",
+                 title="Intervals at steady rates") as axes:
+        for rate in dict.fromkeys(table["rate_hz"]):
+            values = select(table, rate_hz=rate)["interval_ms"]
+            axes.hist(values, bins=80, range=(0, 200), density=True, histtype="step", linewidth=1.5,
+                      label=f"{rate:g} Hz")
 
 
 def presses():
@@ -120,8 +89,7 @@ def presses():
         middle.set_ylabel("trial (recorded: blue)")
         bottom.step(rates["time_s"], rates["recorded_hz"], where="mid", color="C0", label="recorded")
         bottom.step(rates["time_s"], rates["model_hz"], where="mid", color="C1", label="model")
-        bottom.set_ylabel("rate (impulses/s)")
-        bottom.set_xlabel("time since the first sample (s)")
+        bottom.set(xlabel="time since the first sample (s)", ylabel="rate (impulses/s)")
         bottom.legend()
         figure.suptitle(name)
         figure.savefig(FOLDER / f"trials_{index + 1}.png")
@@ -158,8 +126,7 @@ def experiments():
                 if any(value == value for value in curve["recorded"]):
                     panel.plot(curve["x"], curve["recorded"], "o", fillstyle="none", color=f"C{index}",
                                label=f"recorded, {series}")
-            panel.set_xlabel(x_name)
-            panel.set_ylabel(y_name)
+            panel.set(xlabel=x_name, ylabel=y_name)
             panel.legend()
         figure.suptitle(rows["title"][0])
         figure.savefig(FOLDER / f"{name}.png")
@@ -172,8 +139,8 @@ if conditions:
     section(conditions, "bar_profile", "Bars")
     section(conditions, "vibration", "Vibration")
     section(conditions, "hold_adaptation", "Fall of the rate during a hold")
-holds()
+for name, draw in (("holds", holds), ("rate_by_drive", rate_by_drive), ("intervals", intervals)):
+    if drawn := table_if_any(f"{name}.csv"):
+        draw(drawn)
 presses()
-rate_by_drive()
-intervals()
 experiments()

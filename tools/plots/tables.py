@@ -1,5 +1,6 @@
 """Shared by the plot scripts: reading tables, and one style for all pictures."""
 
+import contextlib
 import csv
 
 import matplotlib
@@ -16,6 +17,17 @@ plt.rcParams.update(
         "savefig.dpi": 110,
     }
 )
+
+
+@contextlib.contextmanager
+def picture(path, size=(7.5, 4.8), **properties):
+    """Axes with these properties (those of Axes.set()) and a legend of what is drawn, saved as a picture."""
+    figure, axes = plt.subplots(figsize=size)
+    yield axes
+    axes.set(**properties)
+    if axes.get_legend() is None:
+        axes.legend()
+    figure.savefig(path)
 
 
 def read_table(path):
