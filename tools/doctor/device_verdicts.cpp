@@ -12,8 +12,6 @@
 namespace merkel {
 namespace {
 
-using Grade = Verdict::Grade;
-
 /// Search path of udev and systemd, in order: a file in an earlier folder hides later ones.
 constexpr std::array<std::string_view, 5> kPlaces = {"/etc", "/run", "/usr/local/lib", "/usr/lib",
                                                      "/lib"};
@@ -44,23 +42,6 @@ bool lists_user(const group& group) {
   return false;
 }
 
-Verdict group_verdict(const DeviceSetUp& set_up) {
-  Verdict verdict{Grade::kGood, "group " + set_up.serial_group, "", ""};
-  if (set_up.root || set_up.in_group) {
-    verdict.finding = set_up.root ? "not needed by root" : "you are a member";
-    return verdict;
-  }
-  // The rules open devices to users at the machine's own seat, but not to remote logins.
-  verdict.grade = set_up.udev_rules.empty() ? Grade::kPoor : Grade::kFair;
-  verdict.finding =
-      set_up.joined ? "you will be a member after the next login" : "you are not a member";
-  verdict.remedy = set_up.joined ? "log in again"
-                                 : "sudo usermod -aG " + set_up.serial_group +
-                                       " $USER, then log in again: serial ports belong to this "
-                                       "group";
-  return verdict;
-}
-
 }  // namespace
 
 DeviceSetUp DeviceSetUp::read(const std::string& root_folder) {
@@ -80,24 +61,13 @@ DeviceSetUp DeviceSetUp::read(const std::string& root_folder) {
 }
 
 std::vector<Verdict> device_verdicts(const DeviceSetUp& set_up) {
-  std::vector<Verdict> verdicts;
-  const bool rules = !set_up.udev_rules.empty();
-  verdicts.push_back(
-      {rules ? Grade::kGood : Grade::kFair, "udev rules",
-       rules ? set_up.udev_rules : "not installed",
-       rules
-           ? ""
-           : "sudo cmake --install build/release && sudo udevadm control --reload && sudo udevadm "
-             "trigger (without the rules, only root can open HID and USB probes, ModemManager "
-             "probes new serial ports, and FTDI adapters delay bytes by 16 ms)"});
-  const bool unit = !set_up.systemd_unit.empty();
-  verdicts.push_back({unit ? Grade::kGood : Grade::kFair, "systemd unit",
-                      unit ? set_up.systemd_unit : "not installed",
-                      unit ? ""
-                           : "sudo cmake --install build/release && sudo systemctl daemon-reload, "
-                             "to run a scene at boot"});
-  if (!set_up.serial_group.empty()) verdicts.push_back(group_verdict(set_up));
-  return verdicts;
+  // The rules open devices to users at the machine's own seat, but not to remote logins.
+  return verdicts_of("doctor_devices", {{"udev_rules", set_up.udev_rules},
+                                        {"systemd_unit", set_up.systemd_unit},
+                                        {"serial_group", set_up.serial_group},
+                                        {"root", set_up.root},
+                                        {"enters", set_up.root || set_up.in_group},
+                                        {"joined", set_up.joined}});
 }
 
 }  // namespace merkel

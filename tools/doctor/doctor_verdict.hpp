@@ -2,6 +2,9 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "tools/json_text.hpp"
 
 namespace merkel {
 
@@ -15,18 +18,9 @@ struct Verdict {
 };
 
 /// "good", "fair", "poor", "unknown".
-[[nodiscard]] constexpr std::string_view name_of(Verdict::Grade grade) noexcept {
-  switch (grade) {
-    case Verdict::Grade::kGood:
-      return "good";
-    case Verdict::Grade::kFair:
-      return "fair";
-    case Verdict::Grade::kPoor:
-      return "poor";
-    case Verdict::Grade::kUnknown:
-      return "unknown";
-  }
-  return "";
-}
+[[nodiscard]] std::string_view name_of(Verdict::Grade grade) noexcept;
+
+/// The lines of a text of tools/texts, filled with facts: grade|what|finding|remedy.
+[[nodiscard]] std::vector<Verdict> verdicts_of(std::string_view text, const Json& facts);
 
 }  // namespace merkel

@@ -12,7 +12,6 @@ namespace merkel {
 namespace {
 
 namespace fs = std::filesystem;
-using Grade = Verdict::Grade;
 
 /// The first line of a file; empty if the file does not exist.
 std::string line_of(const std::string& path) {
@@ -54,35 +53,6 @@ std::vector<MachineFacts::SerialPort> ports_of(const std::string& root) {
   return ports;
 }
 
-void add_rights(const MachineFacts& facts, int priority, std::vector<Verdict>& verdicts) {
-  const RightsFacts& rights = facts.rights;
-  const bool fifo =
-      rights.cap_sys_nice || rights.rtprio_limit >= static_cast<std::uint64_t>(priority);
-  verdicts.push_back({fifo ? Grade::kGood : Grade::kPoor, "real-time priority",
-                      fifo ? "granted up to " + std::to_string(priority) : "not granted",
-                      fifo ? "" : fifo_refusal(rights, priority)});
-  const bool lock = rights.cap_ipc_lock || rights.memlock_limit_bytes == UINT64_MAX;
-  verdicts.push_back({lock ? Grade::kGood : Grade::kFair, "memory lock",
-                      lock ? "granted" : "not granted", lock ? "" : memory_lock_refusal(rights)});
-}
-
-void add_ports(const MachineFacts& facts, std::vector<Verdict>& verdicts) {
-  for (const MachineFacts::SerialPort& port : facts.ports) {
-    verdicts.push_back({port.accessible ? Grade::kGood : Grade::kPoor, "port /dev/" + port.name,
-                        port.accessible ? "you may open it" : "you may not open it",
-                        port.accessible
-                            ? ""
-                            : "join its group: sudo usermod -aG dialout $USER, then log in again"});
-    if (!port.latency_timer_ms) continue;
-    const bool quick = *port.latency_timer_ms <= 1;
-    verdicts.push_back({quick ? Grade::kGood : Grade::kFair, "latency timer of /dev/" + port.name,
-                        std::to_string(*port.latency_timer_ms) + " ms",
-                        quick ? ""
-                              : "echo 1 | sudo tee /sys/bus/usb-serial/devices/" + port.name +
-                                    "/latency_timer: the adapter delays bytes by up to this time"});
-  }
-}
-
 }  // namespace
 
 MachineFacts MachineFacts::read(const std::string& root) {
@@ -105,46 +75,32 @@ MachineFacts MachineFacts::read(const std::string& root) {
 }
 
 std::vector<Verdict> machine_verdicts(const MachineFacts& facts, int priority) {
-  std::vector<Verdict> verdicts;
-  add_rights(facts, priority, verdicts);
-  verdicts.push_back({facts.realtime_kernel ? Grade::kGood : Grade::kFair, "kernel",
-                      facts.realtime_kernel ? "PREEMPT_RT" : "no PREEMPT_RT",
-                      facts.realtime_kernel
-                          ? ""
-                          : "for wake-ups within 50 µs under load: apt install "
-                            "linux-image-rt-amd64 (Debian), or Ubuntu Pro's real-time kernel"});
-  if (facts.hypervisor) {
-    verdicts.push_back({Grade::kFair, "hypervisor", "this is a virtual machine",
-                        "its host may suspend the cores for milliseconds, which this machine "
-                        "cannot prevent: for hard deadlines, run on physical hardware"});
+  const RightsFacts& rights = facts.rights;
+  Json ports = Json::array();
+  for (const MachineFacts::SerialPort& port : facts.ports) {
+    ports.push_back(
+        {{"name", port.name},
+         {"accessible", port.accessible},
+         {"latency_timer_ms", port.latency_timer_ms ? Json(*port.latency_timer_ms) : Json()},
+         {"quick", port.latency_timer_ms <= 1}});
   }
-  if (!facts.clock_source.empty()) {
-    const bool quick = facts.clock_source == "tsc" || facts.clock_source == "arch_sys_counter" ||
-                       facts.clock_source == "kvm-clock";
-    verdicts.push_back({quick ? Grade::kGood : Grade::kPoor, "clock source", facts.clock_source,
-                        quick ? ""
-                              : "reading this clock is slow: boot with "
-                                "tsc=reliable if the processor's tsc is invariant"});
-  }
-  if (!facts.governor.empty()) {
-    const bool full = facts.governor == "performance";
-    verdicts.push_back({full ? Grade::kGood : Grade::kFair, "frequency governor", facts.governor,
-                        full ? "" : "sudo cpupower frequency-set -g performance"});
-  }
-  if (facts.rt_runtime_us) {
-    const bool some = *facts.rt_runtime_us != 0;
-    verdicts.push_back({some ? Grade::kGood : Grade::kPoor, "real-time throttling",
-                        *facts.rt_runtime_us < 0
-                            ? "none"
-                            : "at " + std::to_string(*facts.rt_runtime_us) + " µs of each second",
-                        some ? "" : "sudo sysctl kernel.sched_rt_runtime_us=950000"});
-  }
-  if (!facts.isolated_cores.empty()) {
-    verdicts.push_back({Grade::kGood, "isolated cores", facts.isolated_cores,
-                        "pin the loop to one of them: [loop] cpu"});
-  }
-  add_ports(facts, verdicts);
-  return verdicts;
+  return verdicts_of(
+      "doctor_machine",
+      {{"fifo", rights.cap_sys_nice || rights.rtprio_limit >= static_cast<std::uint64_t>(priority)},
+       {"fifo_refusal", fifo_refusal(rights, priority)},
+       {"priority", priority},
+       {"memory_lock", rights.cap_ipc_lock || rights.memlock_limit_bytes == UINT64_MAX},
+       {"memory_lock_refusal", memory_lock_refusal(rights)},
+       {"realtime_kernel", facts.realtime_kernel},
+       {"hypervisor", facts.hypervisor},
+       {"clock_source", facts.clock_source},
+       {"quick_clock", facts.clock_source == "tsc" || facts.clock_source == "arch_sys_counter" ||
+                           facts.clock_source == "kvm-clock"},
+       {"governor", facts.governor},
+       {"rt_runtime_us", facts.rt_runtime_us ? Json(*facts.rt_runtime_us) : Json()},
+       {"unthrottled", facts.rt_runtime_us < 0},
+       {"isolated_cores", facts.isolated_cores},
+       {"ports", std::move(ports)}});
 }
 
 }  // namespace merkel
