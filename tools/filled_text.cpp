@@ -152,8 +152,12 @@ class Filling {
 
 }  // namespace
 
+std::string filled_page(std::string_view name, const Json& facts) {
+  return Filling(facts).file(name);
+}
+
 std::string filled_text(std::string_view name, const Json& facts) {
-  const std::string filled = Filling(facts).file(name);
+  const std::string filled = filled_page(name, facts);
   std::string lines;
   for (std::string_view rest = filled; !rest.empty();) {
     const std::string_view line = taken(rest, "\n");

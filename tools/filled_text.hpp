@@ -21,4 +21,7 @@ namespace merkel {
 /// A path names members with / between them.
 [[nodiscard]] std::string filled_text(std::string_view name, const Json& facts);
 
+/// The same with its empty lines, for a report.
+[[nodiscard]] std::string filled_page(std::string_view name, const Json& facts = {});
+
 }  // namespace merkel

@@ -11,6 +11,7 @@
 #include "core/contact/sliding_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
 
@@ -164,11 +165,7 @@ Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolde
   thin_layers(rows);
   stiff_epidermis(rows);
   splits_and_merges(rows);
-  std::string text = fmt::format(
-      "## Stability of the contact solver\n\nPresses of {} mm unless stated, to a gap of 5e-4 of the depth (`contact_stability.csv`). "
-      "Errors of the force: of pins against the closed form, on bone against the Fredholm equation, with an epidermis against pixels half as "
-      "wide, of two cones against a cold start.\n\n| case | setting | iterations | converged | force error |\n|---|---|---|---|---|\n",
-      kPressed_mm);
+  std::string text = filled_page("chart_contact_stability", {{"pressed_mm", kPressed_mm}});
   for (const Trial& row : rows) {
     table.row({row.what}, {row.setting, static_cast<double>(row.iterations),
                            row.converged ? 1.0 : 0.0, row.error});
@@ -176,10 +173,7 @@ Expected<std::string, SetupError> make_contact_stability_chart(const ReportFolde
                         row.iterations, row.converged ? "yes" : "no", 100.0 * row.error);
   }
   CsvTable& slides = tables.at("fast_slides.csv");
-  text +=
-      "\nDots of 1 mm that slide under the finger (`fast_slides.csv`): the share of solutions whose gap errs by more than 1 %, and the largest "
-      "errors against the contact at rest where the probe was one lag ago.\n\n| speed, mm/s | poor solutions | force | energy density "
-      "|\n|---|---|---|---|\n";
+  text += filled_page("chart_fast_slides");
   for (const double speed : {10.0, 40.0, 80.0, 160.0, 320.0, 640.0}) {
     const Slide each = slide(speed);
     slides.row({speed, each.poor, each.force_error, each.energy_error});

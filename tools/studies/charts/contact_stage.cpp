@@ -11,6 +11,7 @@
 #include "core/receptors/receptor_drive.hpp"
 #include "core/scene/drive_reach.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/superposition.hpp"
@@ -63,12 +64,7 @@ Expected<std::string, SetupError> make_contact_chart(const ReportFolder& folder,
     };
   };
   const auto reference = currents(receptors, placed, superposition(1e-13));
-  std::string text =
-      "## Speed against accuracy of the contact stage\n\nA sphere of 2 mm radius, 1.5 mm deep, off "
-      "the centre, on 450 receptors: the largest error of an afferent's summed drive against "
-      "brute-force superposition at a tolerance of 1e-13, and the cost of a tick "
-      "(`contact_stage.csv`).\n\n| method | cost per tick (µs) | error (µA/cm²) | afferents "
-      "reached |\n|---|---|---|---|\n";
+  std::string text = filled_page("chart_contact_stage");
   const auto row = [&](const std::string& name, double parameter, double cost_s, double error,
                        std::size_t reached) {
     table.row({name}, {parameter, 1e6 * cost_s, error, static_cast<double>(reached)});

@@ -7,6 +7,7 @@
 #include <fmt/core.h>
 
 #include "core/units.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
@@ -94,11 +95,7 @@ std::vector<SpikeEvent> run(TactileModel& model, Depth depth_mm) {
 Expected<std::string, SetupError> make_end_to_end_chart(const ReportFolder& folder,
                                                         ReportTables& tables) {
   CsvTable& table = tables.at("end_to_end.csv");
-  std::string text =
-      "## The whole chain\n\nThe default scene for a second under three presses; spikes against "
-      "RK4 at 2.5 µs with nothing skipped (`end_to_end.csv`). Near threshold, single spikes appear "
-      "or vanish by chance: there the median error and the share of unmatched spikes are "
-      "meaningful.\n";
+  std::string text = filled_page("chart_end_to_end");
   for (const PressShape& press : kPresses) {
     TactileModel exact = model_of({.name = "",
                                    .method = IntegrationMethod::kRk4,

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "drivers/files/output_file.hpp"
 #include "tools/child_process.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/bench/population_cost.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/report/plot_runner.hpp"
@@ -186,19 +187,11 @@ Expected<std::string, SetupError> make_integrators_chart(const ReportFolder& fol
   const auto reference =
       drive_neurons(currents(), kDuration_ms, IntegrationMethod::kRk4, Precision::kDouble, 0.5)
           .spikes;
-  std::string text =
-      "## Speed against accuracy of the integrators\n\nEight neurons under 8 to 14 µA/cm² for "
-      "500 ms; spike times against RK4 at 0.5 µs; cost of one neuron per simulated second among "
-      "2000 uncoupled on one core (`integrators.csv`). \"–\": wrong spike counts or diverged.\n\n"
-      "| method | precision | 100 µs | 50 µs | 25 µs | 12.5 µs |\n|---|---|---|---|---|---|\n";
+  std::string text = filled_page("chart_integrators");
   // The prior knowledge of `merkel plan`: replaces tools/studies/plan/method_table.inc.
   auto known = OutputFile::create(folder.path("method_table.inc"), folder.overwrite);
   if (!known) return Unexpected<SetupError>(known.error());
-  std::string known_text =
-      "// Written by `merkel chart` (integrators): cost of a neuron's step below 40 µs and from "
-      "there on,\n// ns, the medians of pairs with Crank-Nicolson in double; rms errors of its spike "
-      "times,\n// µs, at steps of 200, 100, 50, 25, 12.5 and 6.25 µs, infinite if spike counts are "
-      "wrong.\n";
+  std::string known_text = filled_page("method_table");
   StepCosts step_costs;
   const std::size_t methods = integration_method_names().size();
   for (std::size_t k = 0; k < methods; ++k) {

@@ -15,6 +15,7 @@
 #include "core/contact/solver/rigid_contact.hpp"
 #include "core/contact/solver/tip_heights.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
 #include "tools/studies/reference/bonded_layer.hpp"
@@ -143,14 +144,10 @@ Expected<std::string, SetupError> make_solved_contact_chart(const ReportFolder& 
                                                             ReportTables& tables) {
   CsvTable& table = tables.at("solved_contact.csv");
   const SkinParameters skin;
-  std::string text = fmt::format(
-      "## Contact solver\n\nForce against the closed form at {} mm depth on a half-space (pin of {} mm, sphere "
-      "of {} mm radius, cone of {}°), and the cost of one solution on one core to a gap of 5e-4 of "
-      "the depth: cold, and warm after a step of 5 µm (`solved_contact.csv`). Energy density: the largest error at receptor depth, up to twice the "
-      "contact's radius, relative to its largest value.\n\n"
-      "| tip | pixels | force error | energy density | cold: iterations | ms | warm: iterations | ms "
-      "|\n|---|---|---|---|---|---|---|---|\n",
-      kDepth_mm, kDiameter_mm, kSphere_mm, kConeAngle_deg);
+  std::string text = filled_page("chart_solved_contact", {{"depth_mm", kDepth_mm},
+                                                          {"diameter_mm", kDiameter_mm},
+                                                          {"sphere_mm", kSphere_mm},
+                                                          {"angle_deg", kConeAngle_deg}});
   for (const Case& each : cases(skin)) {
     for (const std::size_t across : {17U, 33U, 63U, 127U}) {
       RigidContact solver(LayeredMedium(each.skin),

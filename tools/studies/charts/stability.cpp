@@ -7,6 +7,7 @@
 
 #include "core/neurons/hodgkin_huxley/driven_neurons.hpp"
 #include "core/neurons/hodgkin_huxley/lattice_coupling.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/charts/chart.hpp"
 
 namespace merkel {
@@ -54,12 +55,7 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
                                        Precision::kDouble, 1.0, *network)
                              .spikes.size()));
   }
-  std::string text =
-      "## Stability map\n\nSpike counts in 300 ms against RK4 at 2.5 µs, for single neurons under "
-      "0 to 160 µA/cm² and for a network of 20 under 0 to 19 µA/cm² with gains up to 500 mS/cm² "
-      "(`stability.csv`). The largest step of the map at which all counts are correct:\n\n| method "
-      "| under 10 µA/cm² | up to 60 µA/cm² | in the network, gain 0.1 | gain 25 "
-      "|\n|---|---|---|---|---|\n";
+  std::string text = filled_page("chart_stability");
   const auto& names = integration_method_names();
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto method = static_cast<IntegrationMethod>(k);

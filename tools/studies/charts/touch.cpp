@@ -6,6 +6,7 @@
 
 #include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/bench/measure.hpp"
 #include "tools/studies/charts/chart.hpp"
@@ -27,11 +28,7 @@ const Skin kSkins[] = {
 Expected<std::string, SetupError> make_touch_chart(const ReportFolder& folder,
                                                    ReportTables& tables) {
   CsvTable& table = tables.at("touch.csv");
-  std::string text =
-      "## Cost against the touched area\n\nA sphere of 5 mm radius on the centre of patches "
-      "without a network, pressed to 3 mm (`touch.csv`). Active are afferents that are not at "
-      "rest.\n\n| receptors | afferents | depth (mm) | contact (mm²) | reached | active | µs per "
-      "tick |\n|---|---|---|---|---|---|---|\n";
+  std::string text = filled_page("chart_touch");
   for (const Skin& skin : kSkins) {
     TactileModel::Parameters parameters = preset_scene("paper")->model;
     parameters.patches[0].patch = skin.patch;

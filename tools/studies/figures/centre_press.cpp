@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "tools/filled_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
@@ -62,14 +63,7 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& folder,
   CsvTable& rates = tables.at("fig6_centre_press.csv");
   CsvTable& draws = tables.at("fig7_draws.csv");
 
-  std::string report = fmt::format(
-      "## Figs 6 and 7: a press at the centre\n\nSphere of 2 mm radius, 1.5 mm deep at (15, 10) mm "
-      "for 1 s, from rest, over {} receptor draws (seeds 1 to {}) of each parameter set "
-      "(`fig6_centre_press.csv`: seed 1; `fig7_draws.csv`: all). Partial rank correlations over "
-      "the 20 afferents: mean (5th … 95th percentile).\n\n| set | rate with distance, given the "
-      "count | rate with count, given the distance | both | 13 alone highest | 18 above 8, if it "
-      "has more receptors |\n|---|---|---|---|---|---|\n",
-      seeds, seeds);
+  Json facts = {{"seeds", seeds}};
   const std::vector<std::string> sets = {"paper", "paper-wide"};
   for (std::size_t set = 0; set < sets.size(); ++set) {
     TactileModel::Parameters parameters = preset_scene(sets[set])->model;
@@ -91,17 +85,15 @@ Expected<std::string, SetupError> make_centre_press(const ReportFolder& folder,
                                 patch.mean_distance_mm[n], patch.rate_hz[n]});
       }
     }
-    report += fmt::format("| {} | {} | {} | {} | {} of {} | {} of {} |\n", sets[set],
-                          spread(statistics.with_distance), spread(statistics.with_count),
-                          statistics.joint() ? "yes" : "no", statistics.neuron_13_highest, seeds,
-                          statistics.far_above_near, statistics.far_has_more);
+    facts["sets"].push_back({{"name", sets[set]},
+                             {"distance", spread(statistics.with_distance)},
+                             {"count", spread(statistics.with_count)},
+                             {"joint", statistics.joint()},
+                             {"highest", statistics.neuron_13_highest},
+                             {"above", statistics.far_above_near},
+                             {"more", statistics.far_has_more}});
   }
-  report +=
-      "\nThe joint dependence on distance and receptor count is **reproduced** by a set with "
-      "\"yes\": nine of ten draws have both signs. The paper's own picture, 13 highest and 18 "
-      "above 8, needs the wide set and a rare draw of receptors. With the default set, 8 and 13 "
-      "share the highest rate by symmetry, and 18 is silent.\n\n";
-  return report;
+  return filled_page("figure_centre_press", facts);
 }
 
 }  // namespace merkel

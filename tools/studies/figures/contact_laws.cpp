@@ -4,6 +4,7 @@
 #include "core/contact/sphere_law.hpp"
 #include "core/contact/tip_field.hpp"
 #include "core/units.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
 
@@ -13,10 +14,7 @@ Expected<std::string, SetupError> make_contact_laws(const ReportFolder& /*folder
                                                     ReportTables& tables) {
   constexpr double kThickness_mm = 4.0;
   CsvTable& table = tables.at("contact_laws.csv");
-  std::string report =
-      "## Contact laws\n\nForce against depth of a sphere on a half-space (a paraboloid, Hertz; the "
-      "exact sphere) and on skin of 4 mm bonded to bone (`contact_laws.csv`).\n\n| R (mm) | depth "
-      "(mm) | a/R | √(Rd)/h | exact sphere/Hertz | layer/Hertz |\n|---|---|---|---|---|---|\n";
+  std::string report = filled_page("figure_contact_laws");
   for (const double radius : {2.0, 5.0}) {
     const SphereLaw hertz({}, radius);
     const TipField sphere({.tip = SphereTip{radius}}, {.contact_law = ContactLaw::kSneddon});

@@ -4,6 +4,7 @@
 #include "core/contact/tip_field.hpp"
 #include "core/skin/strain_energy_density.hpp"
 #include "core/units.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/reference/flat_tip_boundary_elements.hpp"
 
@@ -14,12 +15,7 @@ Expected<std::string, SetupError> make_curved_bars(const ReportFolder& /*folder*
   CsvTable& table = tables.at("curved_bars.csv");
   const SkinParameters skin{.radius_mm = 7.0};
   const SkinMaterial material(skin);
-  std::string report =
-      "## Bars on a curved finger\n\nA bar of 20 mm length on a finger of 7 mm radius in both directions, against "
-      "boundary elements that solve the pressure over the width and the length "
-      "(`curved_bars.csv`): relative errors of the force, and of the energy density under the "
-      "middle and under an edge.\n\n| width (mm) | depth (mm) | force | energy, middle | energy, edge "
-      "|\n|---|---|---|---|---|\n";
+  std::string report = filled_page("figure_curved_bars");
   for (const double width : {1.0, 3.0}) {
     const BarTip bar{.widths_mm = {width}, .gaps_mm = {}, .length_mm = 20.0};
     const Indenter tip{.tip = bar};

@@ -2,12 +2,11 @@
 #include <algorithm>
 #include <vector>
 
-#include <fmt/core.h>
-
 #include "core/contact/hertz_contact.hpp"
 #include "core/contact/huber_stress.hpp"
 #include "core/skin/point_load.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
 
@@ -55,44 +54,37 @@ Expected<std::string, SetupError> make_depth_profiles(const ReportFolder& /*fold
     }
     return peak;
   };
-  std::string report =
-      "## Fig. 5: depth\n\nSphere of 5 mm radius, 1 to 5 mm deep, and one of 2 mm radius, 1 mm "
-      "deep; receptors at 0.65 mm (`fig5_depth.csv`).\n\n| R (mm) | depth (mm) | peak SED (kPa) | "
-      "at r (mm) | shape | SED on the axis (kPa) | by the printed formula |\n"
-      "|---|---|---|---|---|---|---|\n";
+  Json rows = Json::array();
   std::vector<Peak> peaks;
   for (const auto& [radius, depth] :
        {std::pair{5.0, 1.0}, {5.0, 2.0}, {5.0, 3.0}, {5.0, 4.0}, {5.0, 5.0}, {2.0, 1.0}}) {
     peaks.push_back(profile(radius, depth));
     const Peak& peak = peaks.back();
-    report +=
-        fmt::format("| {:g} | {:g} | {:.2f} | {:.2f} | {} | {:.2f} | {:.2f} |\n", radius, depth,
-                    peak.height_kPa, peak.at_mm, peak.at_mm > 0.0 ? "annular" : "single peak",
-                    peak.deepest_kPa, peak.printed_kPa);
+    rows.push_back({{"radius", radius},
+                    {"depth", depth},
+                    {"height", peak.height_kPa},
+                    {"at", peak.at_mm},
+                    {"deepest", peak.deepest_kPa},
+                    {"printed", peak.printed_kPa}});
   }
   const bool grows =
       std::is_sorted(peaks.begin(), peaks.begin() + 5,
                      [](const Peak& a, const Peak& b) { return a.height_kPa < b.height_kPa; });
   const bool turns = peaks[0].at_mm == 0.0 && peaks[1].at_mm > 0.0;
-  report += fmt::format(
-      "\nAmplitude grows with depth: **{}**. Single peak at 1 mm, annular from 2 mm: "
-      "**{}**. The smaller sphere gives a higher peak at equal depth: **{}**.\n\n",
-      grows ? "reproduced" : "not reproduced", turns ? "reproduced" : "not reproduced",
-      peaks[5].height_kPa > peaks[0].height_kPa ? "reproduced" : "not reproduced");
   const auto falls = [&](double Peak::*value) {
     return std::is_sorted(peaks.begin(), peaks.begin() + 5,
                           [value](const Peak& a, const Peak& b) { return a.*value > b.*value; });
   };
   const bool second = std::any_of(peaks.begin(), peaks.begin() + 5,
                                   [](const Peak& peak) { return peak.others > 0; });
-  report += fmt::format(
-      "The paper also says that the energy density at the deepest point falls with depth: **{}**; "
-      "by the printed formula it {}. It also says that a minimum and a second peak follow the first: "
-      "**{}**.\n\n",
-      falls(&Peak::deepest_kPa) ? "reproduced" : "not reproduced, it rises",
-      falls(&Peak::printed_kPa) ? "falls" : "does not fall",
-      second ? "reproduced" : "not reproduced, it falls from its peak on");
-  return report;
+  return filled_page("figure_depth_profiles",
+                     {{"peaks", std::move(rows)},
+                      {"grows", grows},
+                      {"turns", turns},
+                      {"smaller", peaks[5].height_kPa > peaks[0].height_kPa},
+                      {"deepest_falls", falls(&Peak::deepest_kPa)},
+                      {"printed_falls", falls(&Peak::printed_kPa)},
+                      {"second", second}});
 }
 
 }  // namespace merkel

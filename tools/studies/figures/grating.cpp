@@ -4,12 +4,11 @@
 #include <optional>
 #include <vector>
 
-#include <fmt/core.h>
-
 #include "core/contact/tip_field.hpp"
 #include "core/neurons/hodgkin_huxley/hodgkin_huxley_group.hpp"
 #include "core/receptors/sigmoid_transduction.hpp"
 #include "core/skin/strain_energy_density.hpp"
+#include "tools/filled_text.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
 
@@ -78,30 +77,24 @@ Expected<std::string, SetupError> make_grating(const ReportFolder& /*folder*/,
   const double first = -0.5 * tip.total_width_mm();
   const std::vector<Edge> edges = {
       {"gap of 3 mm", first + 5.0}, {"gap of 5 mm", first + 13.0}, {"open skin", first + 23.0}};
-  std::string report =
-      "## Fig. 4: bar edges\n\nThree bars of 5 mm, gaps of 3 and 5 mm, 1 mm deep; an afferent of "
-      "22.5 receptors at each position on the centre line (`fig4_grating.csv`).\n\n"
-      "| place | peak SED (kPa) | peak rate (Hz) |\n|---|---|---|\n";
+  Json rows = Json::array();
   std::vector<double> rates;
   std::vector<double> energies;
   for (const Edge& edge : edges) {
     rates.push_back(extreme(rate, edge.x_mm, true));
     energies.push_back(extreme(energy, edge.x_mm, true));
-    report += fmt::format("| edge at the {} | {:.4f} | {:.0f} |\n", edge.at, energies.back(),
-                          rates.back());
+    rows.push_back({{"at", edge.at}, {"energy", energies.back()}, {"rate", rates.back()}});
   }
   const double interior_rate = extreme(rate, tip.centre_mm(1), false);
   const double interior_energy = extreme(energy, tip.centre_mm(1), false);
-  report += fmt::format("| inside of the middle bar | {:.4f} | {:.0f} |\n\n", interior_energy,
-                        interior_rate);
   const bool ordered = energies[0] < energies[1] && energies[1] < energies[2];
   const bool enhanced = rates[0] > 2.0 * std::max(interior_rate, 1.0);
-  report += fmt::format(
-      "Edge rates far above the inside: **{}**. Edges ordered by the gap's width "
-      "(SED, and rates where they differ): **{}**.\n\n",
-      enhanced ? "reproduced" : "not reproduced",
-      ordered && rates[0] <= rates[1] && rates[1] <= rates[2] ? "reproduced" : "not reproduced");
-  return report;
+  return filled_page("figure_grating",
+                     {{"edges", std::move(rows)},
+                      {"inside_energy", interior_energy},
+                      {"inside_rate", interior_rate},
+                      {"enhanced", enhanced},
+                      {"ordered", ordered && rates[0] <= rates[1] && rates[1] <= rates[2]}});
 }
 
 }  // namespace merkel

@@ -3,8 +3,7 @@
 #include <numeric>
 #include <vector>
 
-#include <fmt/core.h>
-
+#include "tools/filled_text.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/studies/figures/figure.hpp"
 #include "tools/studies/figures/rates.hpp"
@@ -39,12 +38,9 @@ Expected<std::string, SetupError> make_position_scan(const ReportFolder& folder,
   const double mean = std::accumulate(correlations.begin(), correlations.end(), 0.0) /
                       static_cast<double>(correlations.size());
   const double least = *std::min_element(correlations.begin(), correlations.end());
-  return fmt::format(
-      "## Fig. 8: twenty positions\n\nSphere of 2 mm radius, 1.5 mm deep, for 1 s at the centre of "
-      "each of the 20 subregions, over {} receptor draws (`fig8_positions.csv`). Rank correlation "
-      "of the network's rate with the number of receptors of the pressed subregion: mean {:.3f}, "
-      "minimum {:.3f}. More receptors, higher rate: **{}**.\n\n",
-      seeds, mean, least, mean >= 0.95 ? "reproduced" : "not reproduced");
+  return filled_page(
+      "figure_position_scan",
+      {{"seeds", seeds}, {"mean", mean}, {"least", least}, {"reproduced", mean >= 0.95}});
 }
 
 }  // namespace merkel
