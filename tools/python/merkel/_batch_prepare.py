@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 
 from ._batch_job import EXTENSIONS, FORMATS, error_text
-from ._merkel import Error, Scene, _batch_command, _batch_id, _kept_file, _numbers, _session_jobs, _split_fragment, _value_text, presets
+from ._merkel import Error, Scene, _batch_names, _numbers, _session_jobs, _split_fragment, _value_text, presets
 
 _KEYS = ("scene", "overrides", "press", "probe", "seed", "duration_s", "keep", "name")
 _PRESS = ("depth_mm", "force_N", "x_mm", "y_mm", "time_s", "rate_hz")
@@ -21,7 +21,8 @@ def dicts(jobs):
     if isinstance(jobs, (str, os.PathLike)):
         jobs = [jobs]
     if isinstance(jobs, (list, tuple)) and jobs and all(isinstance(job, (str, os.PathLike)) for job in jobs):
-        return _session_jobs([os.fspath(job) for job in jobs])
+        columns_of_jobs, rows = _session_jobs([os.fspath(job) for job in jobs])
+        return [dict(zip(columns_of_jobs, row)) for row in rows]
     if hasattr(jobs, "to_dict") and hasattr(jobs, "columns"):
         return jobs.to_dict("records")
     return jobs
@@ -125,13 +126,12 @@ def _job(given, row, keep, folder):
         kept = f"{job['keep'].__module__}.{job['keep'].__qualname__}"
     else:
         kept = "" if job["keep"] == "table" else job["keep"]
-    job["id"] = _batch_id(job["scene"], job["probe"] or "", job["seed"], job["duration_s"], kept, job["name"],
-                          list(job["overrides"].items()), more)
-    if not job["press"] and not isinstance(given.get("scene"), Scene):
-        job["command"] = _batch_command(str(given.get("scene", "paper")), job["probe"] or "", job["seed"], job["duration_s"],
-                                        list(job["overrides"].items()))
-    if folder is not None and kept:
-        job["file"] = _kept_file(job["id"], job["name"], "npy" if callable(job["keep"]) else EXTENSIONS[kept])
+    extension = "npy" if callable(job["keep"]) else EXTENSIONS.get(kept, "")
+    job["id"], job["command"], job["file"] = _batch_names(
+        str(scene), job["scene"], job["probe"] or "", job["seed"], job["duration_s"], list(job["overrides"].items()), kept,
+        job["name"], more, extension if folder is not None else "")
+    if job["press"] or isinstance(scene, Scene):
+        job["command"] = ""
     return job
 
 

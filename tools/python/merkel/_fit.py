@@ -4,7 +4,7 @@ import os
 import pathlib
 
 from ._arguments import checked_by_signature, whole_or_none
-from ._merkel import Error, Scene, _fit, _fit_points, _FitPart
+from ._merkel import Error, Scene, _fit, _fit_points, _fit_part
 
 _MOST_PARTS = 64
 _parts = collections.OrderedDict()
@@ -104,8 +104,8 @@ def _responses(job, part, values):
     known = _parts.pop(key, None)
     if known is None:
         text, data, names, trials, parts = job
-        known = _FitPart(Scene.from_text(text), data, list(names), trials, part, parts)
+        known = _fit_part(Scene.from_text(text), data, list(names), trials, part, parts)
     _parts[key] = known
     while len(_parts) > _MOST_PARTS:
         _parts.popitem(last=False)
-    return known.responses(values)
+    return known(values)

@@ -87,18 +87,16 @@ void add_fit(py::module_& module) {
   module.def("_fit_points", [](const SceneObject& scene, const std::string& data) {
     return fit_points(recordings_of(scene, data).sets);
   });
-  py::class_<FitPart>(module, "_FitPart")
-      .def(py::init([](const SceneObject& scene, const std::string& data,
-                       const std::vector<std::string>& names, std::size_t trials, std::size_t part,
-                       std::size_t parts) {
-        const Recordings recordings = recordings_of(scene, data);
-        const GilRelease release;
-        auto made =
-            FitPart::create(scene.scene().model, recordings.sets, names, trials, part, parts);
-        if (!made) throw Error(made.error().sentence);
-        return std::move(*made);
-      }))
-      .def("responses", &FitPart::responses, py::call_guard<GilRelease>());
+  module.def("_fit_part", [](const SceneObject& scene, const std::string& data,
+                             const std::vector<std::string>& names, std::size_t trials,
+                             std::size_t part, std::size_t parts) {
+    auto responses = [&] {
+      const Recordings recordings = recordings_of(scene, data);
+      const GilRelease release;
+      return or_throw(fit_part(scene.scene().model, recordings.sets, names, trials, part, parts));
+    }();
+    return py::cpp_function(std::move(responses), py::call_guard<GilRelease>());
+  });
 }
 
 }  // namespace merkel::python

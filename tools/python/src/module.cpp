@@ -188,49 +188,30 @@ PYBIND11_MODULE(_merkel, module) {
   register_rows();
   add_tables(module);
   module.def(
-      "_batch_id",
-      [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
-         std::optional<double> duration_s, const std::string& kept, const std::string& name,
-         const SceneOverrides& overrides, const std::string& more) {
-        return batch_id({.name = name,
-                         .probe = probe,
-                         .seed = seed,
-                         .duration_s = duration_s,
-                         .overrides = overrides},
-                        scene, kept, more);
+      "_batch_names",
+      [](const std::string& scene, const std::string& identity, const std::string& probe,
+         std::optional<std::uint64_t> seed, std::optional<double> duration_s,
+         const SceneOverrides& overrides, const std::string& kept, const std::string& name,
+         const std::string& more, const std::string& extension) {
+        BatchJob job{.scene = scene,
+                     .name = name,
+                     .probe = probe,
+                     .seed = seed,
+                     .duration_s = duration_s,
+                     .overrides = overrides};
+        job.id = batch_id(job, identity, kept, more);
+        if (!extension.empty()) job.file = or_throw(kept_file(job, extension));
+        return std::tuple(job.id, command_of(job), job.file);
       },
-      "batch_id() of tools/batch/batch_identity.hpp.");
+      "batch_id(), command_of() and kept_file() of tools/batch/batch_identity.hpp.");
   module.def("_numbers", &numbers_of, "numbers_of() of array_source.hpp.");
   module.def("_value_text", &value_text, "value_text() of scene_object.hpp.");
   module.def("_split_fragment", &split_fragment, "split_fragment() of channel_selection.hpp.");
   module.def(
-      "_batch_command",
-      [](const std::string& scene, const std::string& probe, std::optional<std::uint64_t> seed,
-         std::optional<double> duration_s, const SceneOverrides& overrides) {
-        return command_of({.scene = scene,
-                           .probe = probe,
-                           .seed = seed,
-                           .duration_s = duration_s,
-                           .overrides = overrides});
-      },
-      "command_of() of tools/batch/batch_identity.hpp.");
-  module.def(
-      "_kept_file",
-      [](const std::string& id, const std::string& name, const std::string& extension) {
-        return or_throw(kept_file({.id = id, .name = name}, extension));
-      },
-      "kept_file() of tools/batch/batch_identity.hpp.");
-  module.def(
       "_session_jobs",
       [](const std::vector<std::string>& paths) {
-        const TextTable table = or_throw(session_jobs(paths));
-        std::vector<std::map<std::string, std::string>> jobs(table.rows.size());
-        for (std::size_t i = 0; i < jobs.size(); ++i) {
-          for (std::size_t c = 0; c < table.columns.size(); ++c) {
-            jobs[i][table.columns[c]] = table.rows[i][c];
-          }
-        }
-        return jobs;
+        TextTable table = or_throw(session_jobs(paths));
+        return std::pair(std::move(table.columns), std::move(table.rows));
       },
       "session_jobs() of tools/batch/batch_job.hpp.");
   add_scene_class(module);

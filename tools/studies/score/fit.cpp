@@ -140,11 +140,11 @@ std::size_t fit_points(const std::vector<DataSet>& sets) {
   return points;
 }
 
-Expected<FitPart, SetupError> FitPart::create(const TactileModel::Parameters& scene,
-                                              const std::vector<DataSet>& sets,
-                                              const std::vector<std::string>& names,
-                                              std::size_t trials, std::size_t part,
-                                              std::size_t parts) {
+Expected<FitResponses, SetupError> fit_part(const TactileModel::Parameters& scene,
+                                            const std::vector<DataSet>& sets,
+                                            const std::vector<std::string>& names,
+                                            std::size_t trials, std::size_t part,
+                                            std::size_t parts) {
   auto parameters = chosen(scene, names);
   if (!parameters) return Unexpected<SetupError>(parameters.error());
   const auto own = std::make_shared<std::vector<DataSet>>(fitted_sets(sets));
@@ -155,8 +155,8 @@ Expected<FitPart, SetupError> FitPart::create(const TactileModel::Parameters& sc
   auto traces = fit_traces(scene, *own, 1);
   if (!traces) return bad_input(traces.error().key + " " + traces.error().reason);
   const auto answers = std::make_shared<FitAnswers>(scene, *own, std::move(*traces), trials, 1);
-  return FitPart([scene, own, answers, parameters = std::move(*parameters)](
-                     const std::vector<double>& values) -> std::vector<double> {
+  return FitResponses([scene, own, answers, parameters = std::move(*parameters)](
+                          const std::vector<double>& values) -> std::vector<double> {
     const Eigen::VectorXd all = answers->of(with_values(scene, parameters, values));
     return {all.begin(), all.end()};
   });

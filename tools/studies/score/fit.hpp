@@ -61,21 +61,11 @@ using FitProgress = std::function<bool(double share)>;
 using FitResponses = std::function<std::vector<double>(const std::vector<double>& values)>;
 
 /// Every `parts`-th point of a fit, from `part` on: their responses, for a worker of FitResponses.
-class FitPart {
- public:
-  [[nodiscard]] static Expected<FitPart, SetupError> create(const TactileModel::Parameters& scene,
-                                                            const std::vector<DataSet>& sets,
-                                                            const std::vector<std::string>& names,
-                                                            std::size_t trials, std::size_t part,
-                                                            std::size_t parts);
-  [[nodiscard]] std::vector<double> responses(const std::vector<double>& values) const {
-    return responses_(values);
-  }
-
- private:
-  explicit FitPart(FitResponses responses) : responses_(std::move(responses)) {}
-  FitResponses responses_;
-};
+[[nodiscard]] Expected<FitResponses, SetupError> fit_part(const TactileModel::Parameters& scene,
+                                                          const std::vector<DataSet>& sets,
+                                                          const std::vector<std::string>& names,
+                                                          std::size_t trials, std::size_t part,
+                                                          std::size_t parts);
 /// Number of points of a fit.
 [[nodiscard]] std::size_t fit_points(const std::vector<DataSet>& sets);
 
