@@ -116,7 +116,8 @@ Expected<void, SetupError> DeviceProbe::listen() {
                                    .counts = stream_.counts,
                                    .heard = heard_});
     }
-    judge_quality();
+    // One that describes itself sends no readings yet: its HELLO is the evidence.
+    if (!protocol_->describes_itself()) judge_quality();
     if (settings_.live) {
       stream_.readings.clear();
       stream_.edges.clear();
@@ -315,6 +316,7 @@ void DeviceProbe::clear_ready() {
 
 void DeviceProbe::start() {
   if (settings_.live) discard_old_input();
+  judged_ = stream_.counts;
   protocol_->start(now(), stream_);
   log_.started(now(), stream_.counts);
   started_ = true;
@@ -347,7 +349,6 @@ void DeviceProbe::discard_old_input() {
   stream_.counts.lost = stream_.counts.damaged = stream_.counts.refused = 0;
   stream_.counts.without_value = stream_.counts.reordered = 0;
   stream_.rejected.clear();
-  judged_ = stream_.counts;
 }
 
 void DeviceProbe::disconnected(Time time) {

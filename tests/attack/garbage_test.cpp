@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -178,6 +179,36 @@ TEST(WrongTimes, OfHbf1CannotSilenceTouchEither) {
   for (const auto& [name, edit] : faults) {
     EXPECT_LT(touch_lost("hbf1", "", with_headers(edit)), 0.03) << name;
   }
+}
+
+/// The bytes of 1.8 s at once: a device that waits for a core, or boots, while it is asked.
+NoisyLine::Change delayed(NoisyLine::Change change) {
+  return [change = std::move(change), held = Bytes(), ms = 0](const Bytes& sent) mutable {
+    held.insert(held.end(), sent.begin(), sent.end());
+    return ++ms < 1800 ? Bytes() : change(std::exchange(held, {}));
+  };
+}
+
+TEST(Opening, OfADeviceThatSaidHelloEndsWhateverPrecedesIt) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    NoisyProbe device("hbf1", "", delayed(with_headers([&](Hbf1Header& header, double) {
+                        header.sequence = static_cast<std::uint16_t>(random.next());
+                      })));
+    ASSERT_NE(device.probe, nullptr) << seed << ": " << device.error;
+    EXPECT_GT(device.read_for(1.0).size(), 100U) << seed;
+  }
+  const auto boot_noise = [ms = 0](Bytes sent) mutable {
+    for (const std::uint8_t byte : {0x55, 0x33, 0x00}) {
+      if (ms < 20) sent.insert(sent.begin(), byte);
+    }
+    ++ms;
+    return sent;
+  };
+  NoisyProbe device("hbf1", "", boot_noise);
+  ASSERT_NE(device.probe, nullptr) << device.error;
+  EXPECT_GT(device.read_for(1.0).size(), 240U);
+  EXPECT_EQ(device.probe->device_counts()->distrusted, 0U);
 }
 
 /// Share of bad frames while a change is applied, in percent; empty if nothing forms a frame.
