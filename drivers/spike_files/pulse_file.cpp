@@ -30,38 +30,66 @@ std::optional<nanoseconds> time_of_s(double time_s) {
   return nanoseconds{std::llround(time_s * 1e9)};
 }
 
-/// The power of ten of a header's unit; empty for another text.
-std::optional<int> power_of_header(std::string_view name) {
-  for (const auto& [known, power] : {std::pair<std::string_view, int>{"time_s", 0},
-                                     {"time_ms", -3},
-                                     {"time_us", -6},
-                                     {"time_ns", -9},
-                                     {"time", 0},
-                                     {"timestamp", 0},
-                                     {"timestamps", 0}}) {
-    if (name == known) return power;
+/// The unit of a header's time in ns; empty for another text.
+std::optional<std::int64_t> unit_of_header(std::string_view name) {
+  for (const auto& [known, unit_ns] :
+       {std::pair<std::string_view, std::int64_t>{"time_s", 1'000'000'000},
+        {"time_ms", 1'000'000},
+        {"time_us", 1'000},
+        {"time_ns", 1},
+        {"time", 1'000'000'000},
+        {"timestamp", 1'000'000'000},
+        {"timestamps", 1'000'000'000}}) {
+    if (name == known) return unit_ns;
   }
   return std::nullopt;
 }
 
+std::vector<std::string_view> fields_of(std::string_view row) {
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t end = row.find_first_of(",; \t");
+    fields.push_back(row.substr(0, end));
+    if (end == std::string_view::npos) return fields;
+    row.remove_prefix(end + 1);
+  }
+}
+
+/// A row per pulse, or with a column `level` per edge, as `merkel inspect session --stream sync`
+/// prints them.
 Expected<PulseFile, SetupError> read_text_pulses(const std::string& path) {
   PulseFile file{.format = "times", .lines = {}};
-  std::vector<nanoseconds>& times = file.lines[1];
-  std::optional<int> power;
+  std::optional<std::int64_t> unit_ns;
+  std::size_t line_column = 0;  // 0: none, because the first is the time
+  std::size_t level_column = 0;
   const auto read = read_rows(path, [&](std::string_view row) -> const char* {
-    const std::string_view field = row.substr(0, row.find_first_of(",; \t"));
-    if (!power) {
-      power = power_of_header(field);
-      if (power) return nullptr;
-      power = 0;
+    const std::vector<std::string_view> fields = fields_of(row);
+    if (!unit_ns) {
+      unit_ns = unit_of_header(fields[0]);
+      if (unit_ns) {
+        for (std::size_t i = 1; i < fields.size(); ++i) {
+          if (fields[i] == "line") line_column = i;
+          if (fields[i] == "level") level_column = i;
+        }
+        return nullptr;
+      }
+      unit_ns = 1'000'000'000;
     }
-    const auto time_s = parse_number(field, *power);
-    const auto time = time_s ? time_of_s(*time_s) : std::nullopt;
+    const auto time = parse_time(fields[0], *unit_ns);
     if (!time) {
       return "this is not the time of a pulse: expected a number in s in the first column, or a "
              "header time_s, time_ms, time_us or time_ns";
     }
-    times.push_back(*time);
+    const auto number_in = [&](std::size_t column, double largest) -> std::optional<double> {
+      if (column == 0) return 1.0;
+      const auto number = column < fields.size() ? parse_number(fields[column]) : std::nullopt;
+      return number >= 0.0 && number <= largest ? number : std::nullopt;
+    };
+    const auto line = number_in(line_column, UINT16_MAX);
+    const auto level = number_in(level_column, 1.0);
+    if (!line) return "its line is not a number from 0 to 65535";
+    if (!level) return "its level is neither 0 nor 1";
+    if (*level == 1.0) file.lines[static_cast<std::uint32_t>(*line)].push_back(*time);
     return nullptr;
   });
   if (!read) return Unexpected<SetupError>(read.error());

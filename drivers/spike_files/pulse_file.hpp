@@ -18,7 +18,8 @@ struct PulseFile {
 
 /// Reads the pulses of
 /// - a text file: a time per row in its first column, in s, or as its header says (time_s, time_ms,
-///   time_us, time_ns); SpikeGLX's edge files, and any CSV of times;
+///   time_us, time_ns); SpikeGLX's edge files, and any CSV of times. Of rows with a `level`, those
+///   of 1 are pulses, on their `line`;
 /// - Open Ephys: the folder of a TTL line, or one of its files timestamps.npy (s) and
 ///   sample_numbers.npy (the rate is in structure.oebin); the levels are in states.npy;
 /// - a session with sync lines.

@@ -42,6 +42,23 @@ TEST(PulseFile, ReadsSpikeGlxsEdgeFilesAndOtherTimesInAnyUnit) {
   EXPECT_EQ(csv->lines.at(1), (Times{microseconds{1500}, microseconds{2500}}));
 }
 
+TEST(PulseFile, OfRowsWithALevelTheRisingEdgesArePulses) {
+  const TemporaryFolder folder;
+  const auto edges = read_pulse_file(folder.file(
+      "edges.csv",
+      "time_s,probe,line,level\n88554.283959401,0,1,1\n88554.298024401,0,1,0\n88555,0,2,1\n"));
+  ASSERT_TRUE(edges) << edges.error().sentence;
+  EXPECT_EQ(edges->lines.size(), 2U);
+  EXPECT_EQ(edges->lines.at(1), Times{nanoseconds{88'554'283'959'401}});
+  EXPECT_EQ(edges->lines.at(2), Times{milliseconds{88'555'000}});
+  for (const std::string row : {"1,0,1", "1,0,1,5", "1,0,70000,1", "1,0,,1"}) {
+    const auto wrong =
+        read_pulse_file(folder.file("wrong.csv", "time_s,probe,line,level\n" + row + "\n"));
+    ASSERT_FALSE(wrong) << row;
+    EXPECT_TRUE(has(wrong.error().sentence, "wrong.csv:2: its l")) << wrong.error().sentence;
+  }
+}
+
 TEST(PulseFile, ReadsTheRisingEdgesOfEachLineOfOpenEphys) {
   const TemporaryFolder folder;
   const std::string name = "Record Node 101/experiment1/recording1/events/Board.0/TTL";
