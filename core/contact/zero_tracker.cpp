@@ -16,6 +16,7 @@ constexpr double kMoment_s = 0.05;    ///< between two moments
 constexpr double kSettling_s = 0.5;   ///< at the start, the zero follows without limit
 constexpr double kAtStart_s = 0.1;    ///< a contact that begins so early may be an offset
 constexpr double kLookBack_s = 2.0;   ///< before the start of a contact
+constexpr double kAbsorbing = 0.5;    ///< of the threshold: a mean above it may be a slow press
 constexpr double kDrop_s = 0.5;
 constexpr double kStill_s = 1.0;
 constexpr double kStill = 0.25;         ///< of the threshold: the mean stays within
@@ -35,14 +36,14 @@ bool ZeroTracker::uncertain() const noexcept {
          (began_s_ < kAtStart_s || doubtful_ || (!risen_ && now_s_ - began_s_ >= kGrace_s));
 }
 
-/// The moment that is at least so long ago, or the oldest.
-const ZeroTracker::Moment& ZeroTracker::before(double duration_s) const noexcept {
-  std::size_t back = 0;
-  while (back + 1 < known_ &&
-         moments_[(newest_ + kMoments - back) % kMoments].time_s > now_s_ - duration_s) {
-    ++back;
+/// The newest moment whose mean was within `level` of its zero, or else the one that is at least so
+/// long ago, or the oldest.
+const ZeroTracker::Moment& ZeroTracker::before(double duration_s, double level) const noexcept {
+  for (std::size_t back = 0;; ++back) {
+    const Moment& moment = moments_[(newest_ + kMoments - back) % kMoments];
+    if (back + 1 >= known_ || moment.time_s <= now_s_ - duration_s) return moment;
+    if (moment.mean - moment.zero < level) return moment;
   }
-  return moments_[(newest_ + kMoments - back) % kMoments];
 }
 
 void ZeroTracker::remember() noexcept {
@@ -81,7 +82,7 @@ double ZeroTracker::follow(std::chrono::nanoseconds time, double reading) noexce
 }
 
 double ZeroTracker::begin_contact() noexcept {
-  set_zero(std::min(zero_, before(kLookBack_s).zero));
+  set_zero(std::min(zero_, before(kLookBack_s, kAbsorbing * threshold_).zero));
   touching_ = true;
   began_s_ = still_since_s_ = now_s_;
   level_ = mean_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <limits>
 
 #include "core/realtime_tag.hpp"
 
@@ -14,8 +15,9 @@ namespace merkel {
 /// - Without contact, the zero follows the mean of the readings, at most twice as fast as the
 ///   largest drift. If it is not known at the start, a first reading within the threshold is the
 ///   zero.
-/// - At the start of a contact, the zero returns to that of 2 s before, if that was smaller: what
-///   it had absorbed of a slow press comes back. Then it is frozen.
+/// - At the start of a contact, the zero returns to that before the readings rose beyond half of
+///   the threshold, at most 2 s before, if that was smaller: what it had absorbed of a slow press
+///   comes back. Then it is frozen.
 /// - A reading that has fallen by half within 0.5 s and then stays for 1 s at a level that the
 ///   largest drift explains is released: that level becomes the zero.
 /// - A contact is uncertain if it began with the first readings, if it rose no faster than drift,
@@ -52,7 +54,8 @@ class ZeroTracker {
   };
   static constexpr std::size_t kMoments = 64;
 
-  [[nodiscard]] const Moment& before(double duration_s) const noexcept;
+  [[nodiscard]] const Moment& before(
+      double duration_s, double level = -std::numeric_limits<double>::infinity()) const noexcept;
   void set_zero(double zero) noexcept;
   void remember() noexcept;
   void watch_contact() noexcept;

@@ -141,6 +141,17 @@ TEST(ContactDecisionDrift, Of200MilliNewtonsInTenMinutesIsNoTouch) {
   }
 }
 
+TEST(ContactDecisionDrift, IsFollowedBetweenPressesThatLeaveLittleRest) {
+  for (const double rest_s : {1.5, 2.0, 3.0}) {
+    const OfTime presses = [rest_s](double time_s) {
+      return std::fmod(time_s, rest_s + 1.0) > rest_s ? 300.0 : 0.0;
+    };
+    const auto made = Recording::of(120.0, presses, drifting(0.5));
+    EXPECT_LE(made.phantom_s(), 0.011 * 120.0 / (rest_s + 1.0)) << rest_s;
+    EXPECT_NEAR(made.samples.back().zero_mN, 60.0, 4.0) << rest_s;
+  }
+}
+
 TEST(ContactDecisionDrift, OfAnInvertedSensorIsFollowedToo) {
   Parameters inverted = kGauge;
   inverted.invert_force = true;
