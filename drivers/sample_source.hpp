@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -16,6 +17,9 @@ namespace merkel {
 /// memory.
 class SampleSource {
  public:
+  /// ReadingHead::valid_for of a sample whose recording states none: it is derived from their rate.
+  static constexpr std::chrono::nanoseconds kNotStated{-1};
+
   SampleSource() = default;
   SampleSource(const SampleSource&) = delete;
   SampleSource& operator=(const SampleSource&) = delete;
@@ -25,9 +29,6 @@ class SampleSource {
   [[nodiscard]] virtual std::uint32_t channels() const noexcept = 0;
   /// The columns of its rows.
   [[nodiscard]] virtual ProbeColumns columns() const { return {}; }
-  /// Whether the samples read so far set ReadingHead::valid_for. If not, it is derived from their
-  /// rate.
-  [[nodiscard]] virtual bool has_validity() const noexcept { return false; }
   /// The run in which they were recorded, if known.
   [[nodiscard]] virtual std::optional<RecordedRun> run() const { return std::nullopt; }
   /// Names of their further columns, in order.

@@ -115,10 +115,9 @@ Expected<std::unique_ptr<Probe>, SetupError> ReplayProbe::play(std::unique_ptr<S
   info.extra_columns = source->extra_columns();
   info.run = source->run();
   info.taxels = columns.taxels;
-  const bool has_validity = source->has_validity();
   std::unique_ptr<ReplayProbe> probe(
       new ReplayProbe(std::move(source), std::move(first), std::move(info), playback.chunk));
-  if (!has_validity) probe->valid_for_ = validity_of(probe->first_.heads(), probe->info_.period);
+  probe->valid_for_ = validity_of(probe->first_.heads(), probe->info_.period);
   probe->take_over(probe->first_, 0);
   return probe;
 }
@@ -128,8 +127,7 @@ void ReplayProbe::take_over(Readings& readings, std::size_t from) {
   const ProbeColumns own = columns_of(info_);
   for (std::size_t i = from; i < readings.size(); ++i) {
     ReadingHead& head = readings.head(i);
-    if (head.valid_for != nanoseconds{0}) valid_for_.reset();
-    if (valid_for_) head.valid_for = *valid_for_;
+    if (head.valid_for == SampleSource::kNotStated) head.valid_for = valid_for_;
     ProbeSample sample = own.sample(head, readings.row(i));
     const auto doubts = sample.doubts();
     sample.channels &= info_.channels;

@@ -58,8 +58,7 @@ class ReplayProbe final : public Probe {
   std::size_t next_of_first_ = 0;
   ProbeInfo info_;
   std::size_t chunk_;
-  /// Used until the recording has a validity period of its own.
-  std::optional<std::chrono::nanoseconds> valid_for_;
+  std::chrono::nanoseconds valid_for_{0};  ///< of samples whose recording states none
   std::string error_message_;
   std::optional<std::chrono::nanoseconds> last_time_;
   bool gap_noted_ = false;

@@ -327,7 +327,7 @@ Expected<void, SetupError> TraceReader::parse_row(ReadingHead& head, std::span<d
                      .arrival = last_time_,
                      .sequence = rows_++,
                      .channels = channels_,
-                     .valid_for = valid_for_.value_or(std::chrono::nanoseconds{0}),
+                     .valid_for = valid_for_,
                      .touch = touch_};
   for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
     if (kProbeChannels[i].in(channels_))

@@ -41,8 +41,6 @@ class TraceReader final : public SampleSource {
   [[nodiscard]] ProbeColumns columns() const noexcept override {
     return {.further = extra_columns_.size(), .taxels = taxels_.size()};
   }
-  /// True if a valid_for_s comment has been read.
-  [[nodiscard]] bool has_validity() const noexcept override { return valid_for_.has_value(); }
 
   /// When the first tick of the run that recorded the trace began, in its time; if known. Valid
   /// after read(), because a trace without its beginning has another start.
@@ -95,7 +93,7 @@ class TraceReader final : public SampleSource {
   std::uint32_t channels_ = 0;
   std::uint32_t rows_ = 0;
   std::chrono::nanoseconds last_time_{0};
-  std::optional<std::chrono::nanoseconds> valid_for_;
+  std::chrono::nanoseconds valid_for_ = kNotStated;
   Touch touch_ = Touch::kUndecided;
   std::optional<std::chrono::nanoseconds> first_time_;
   std::optional<std::int64_t> start_device_ns_;

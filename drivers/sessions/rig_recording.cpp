@@ -15,6 +15,7 @@
 #include "drivers/parsed_number.hpp"
 #include "drivers/sample_channels.hpp"
 #include "drivers/sample_limits.hpp"
+#include "drivers/sample_source.hpp"
 #include "drivers/sessions/byte_span.hpp"
 
 namespace merkel {
@@ -192,7 +193,10 @@ void RigRecording::decode_row(Stream& stream, nanoseconds time, std::string_view
     if (row != kRigEnd) chunk.marks.push_back({.time = time, .label = std::string(row)});
   } else {
     DeliveredSample item{.probe = stream.probe,
-                         .sample = {.time = time, .arrival = time, .sequence = stream.sequence}};
+                         .sample = {.time = time,
+                                    .arrival = time,
+                                    .sequence = stream.sequence,
+                                    .valid_for = SampleSource::kNotStated}};
     for (const std::string& label : stream.labels) {
       double value = 0.0;
       if (!values.take(value)) return;

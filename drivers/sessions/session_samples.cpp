@@ -74,6 +74,7 @@ Expected<bool, SetupError> SessionSamples::refill() {
       if (item.probe != probe_ || (last_ && item.sample.time <= *last_)) continue;
       last_ = item.sample.time;
       ProbeSample sample = item.sample;
+      if (!session_.has_validity()) sample.valid_for = kNotStated;
       if (!std::exchange(found_, true)) {
         channels_ = sample.channels;
         channels_ &= (1U << ProbeSample::kDoubtShift) - 1U;

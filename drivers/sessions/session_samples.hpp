@@ -35,9 +35,6 @@ class SessionSamples final : public SampleSource {
   [[nodiscard]] ProbeColumns columns() const override {
     return {.further = session_.extra_columns().size(), .taxels = taxels_};
   }
-  [[nodiscard]] bool has_validity() const noexcept override {
-    return taxels_ > 0 || session_.has_validity();
-  }
   [[nodiscard]] std::optional<RecordedRun> run() const override { return run_; }
   [[nodiscard]] std::vector<std::string> extra_columns() const override {
     return session_.extra_columns();

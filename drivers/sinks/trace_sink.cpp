@@ -107,7 +107,7 @@ class TraceSink final : public FileSink {
   std::optional<RecordedRun> run_;    ///< in which the samples were recorded, if known
   std::vector<std::string> further_;  ///< names of columns
   std::vector<float> pressures_kPa_;  ///< of the taxels of an array, in the last sample
-  std::chrono::nanoseconds valid_for_{0};
+  std::chrono::nanoseconds valid_for_ = SampleSource::kNotStated;
   bool zeroed_ = false;
   std::uint64_t written_ = 0;  ///< samples
 };

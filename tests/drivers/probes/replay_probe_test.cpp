@@ -84,6 +84,25 @@ TEST(ReplayProbe, TheValidityOfARecordingHoldsAlsoIfItBeginsLate) {
   }
 }
 
+TEST(ReplayProbe, AnEndlessValidityHoldsAlsoIfItIsTheOnlyOneAndBeginsLate) {
+  const TemporaryFolder folder;
+  std::string rows = "time_s,depth_mm\n";
+  for (int k = 0; k < 600; ++k) {
+    if (k == 300) rows += "# valid_for_s=0\n";
+    rows += std::to_string(0.001 * k) + ",1\n";
+  }
+  auto probe = open_probe("replay:" + folder.file("t.csv", rows));
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  std::vector<ProbeSample> samples(256);
+  std::vector<std::chrono::nanoseconds> valid;
+  while (const auto count = (*probe)->read(samples, kPatience)) {
+    for (std::size_t i = 0; i < *count; ++i) valid.push_back(samples[i].valid_for);
+  }
+  ASSERT_EQ(valid.size(), 600U);
+  EXPECT_GT(valid[299].count(), 0);
+  EXPECT_EQ(valid[300].count(), 0);
+}
+
 TEST(ReplayProbe, GivesTheSamplesBeforeABadRowAndThenSaysWhereItIs) {
   const TemporaryFolder folder;
   std::string rows = "time_s,depth_mm\n";

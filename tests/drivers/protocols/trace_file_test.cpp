@@ -58,9 +58,10 @@ TEST(TraceReader, TakesAValidityThatIsATime) {
       "# valid_for_s=0\n4,1\n"));
   ASSERT_TRUE(samples) << samples.error().sentence;
   ASSERT_EQ(samples->size(), 5U);
-  constexpr int kExpected_ms[] = {0, 250, 250, 250, 0};
-  for (std::size_t i = 0; i < samples->size(); ++i) {
-    EXPECT_EQ((*samples)[i].valid_for, std::chrono::milliseconds{kExpected_ms[i]}) << i;
+  constexpr int kExpected_ms[] = {250, 250, 250, 0};
+  EXPECT_EQ((*samples)[0].valid_for, SampleSource::kNotStated);
+  for (std::size_t i = 1; i < samples->size(); ++i) {
+    EXPECT_EQ((*samples)[i].valid_for, std::chrono::milliseconds{kExpected_ms[i - 1]}) << i;
   }
 }
 
@@ -257,6 +258,7 @@ TEST(TraceSink, WritesWhatReadsBackToTheSameBits) {
     EXPECT_EQ((*back)[i].force_mN, samples[i].force_mN);
     EXPECT_EQ((*back)[i].x_mm, samples[i].x_mm);
     EXPECT_EQ((*back)[i].y_mm, samples[i].y_mm);
+    EXPECT_EQ((*back)[i].valid_for, samples[i].valid_for);  // without limit
   }
 }
 

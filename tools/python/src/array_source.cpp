@@ -143,6 +143,7 @@ std::vector<std::vector<ProbeSample>> PressArrays::samples(std::size_t probes) c
       sample.time = sample.arrival = times[i];
       sample.sequence = static_cast<std::uint32_t>(i);
       sample.channels = channels;
+      sample.valid_for = SampleSource::kNotStated;
       if (depth.given()) sample.depth_mm = depth.at(i, probe, SampleLimits::kDepth_mm);
       if (force.given()) {
         sample.force_mN = mN_of(force.at(i, probe, units::N_from_mN(SampleLimits::kForce_mN)));
