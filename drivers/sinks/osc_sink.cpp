@@ -65,9 +65,16 @@ class OscSink final : public Sink {
       std::size_t size = lo_bundle_length(bundle.get());
       packet_.resize(size);
       lo_bundle_serialise(bundle.get(), packet_.data(), &size);
-      // A missing receiver is no error: a late one sees the loss by the sequence numbers.
-      if (::send(socket_.get(), packet_.data(), size, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) {
-        sent_ += some.size();
+      // A missing receiver is no error: a late one sees the loss by the sequence numbers. Its
+      // refusal of the packet before keeps this one from being sent.
+      bool sent = send(size);
+      if (!sent && errno == ECONNREFUSED) {
+        sent_ -= std::exchange(newest_, 0);
+        sent = send(size);
+      }
+      if (sent) {
+        newest_ = some.size();
+        sent_ += newest_;
       } else if (errno != ECONNREFUSED && errno != EAGAIN && errno != ENOBUFS) {
         return Unexpected<SinkError>({.sentence = uri_ + " failed: " + std::strerror(errno) +
                                                   "; check the network, then run again"});
@@ -76,10 +83,19 @@ class OscSink final : public Sink {
     return {};
   }
 
-  [[nodiscard]] Expected<void, SinkError> close() override { return {}; }
+  [[nodiscard]] Expected<void, SinkError> close() override {
+    int error_number = 0;
+    socklen_t size = sizeof error_number;
+    ::getsockopt(socket_.get(), SOL_SOCKET, SO_ERROR, &error_number, &size);
+    if (error_number == ECONNREFUSED) sent_ -= std::exchange(newest_, 0);
+    return {};
+  }
   [[nodiscard]] std::uint64_t delivered() const noexcept override { return sent_; }
 
  private:
+  [[nodiscard]] bool send(std::size_t size) const {
+    return ::send(socket_.get(), packet_.data(), size, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0;
+  }
   lo_message message_of(const SpikeEvent& spike) {
     const lo_message message = lo_message_new();
     ++sequence_;
@@ -104,6 +120,7 @@ class OscSink final : public Sink {
   std::vector<char> packet_;
   std::int64_t sequence_ = 0;
   std::uint64_t sent_ = 0;
+  std::uint64_t newest_ = 0;  ///< spikes of the newest packet, which may yet be refused
 };
 
 /// A UDP socket to one address, IPv4 or IPv6. (liblo builds the packets, but its own addresses are

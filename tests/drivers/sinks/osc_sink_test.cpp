@@ -102,12 +102,33 @@ TEST(OscSink, ByDefaultAllArgumentsAreOfTypeI) {
   lo_server_free(server);
 }
 
-TEST(OscSink, AMissingReceiverIsNoError) {
+TEST(OscSink, AMissingReceiverIsNoErrorAndGetsNothing) {
   auto sink = open_sink("osc:127.0.0.1:" + std::to_string(free_ports(1)[0]), 20, false);
   ASSERT_TRUE(sink);
   const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
-  for (int k = 0; k < 10; ++k) EXPECT_TRUE((*sink)->write({.spikes = spikes}));
+  for (int k = 0; k < 11; ++k) EXPECT_TRUE((*sink)->write({.spikes = spikes}));
   EXPECT_TRUE((*sink)->close());
+  EXPECT_EQ((*sink)->delivered(), 0U);
+}
+
+TEST(OscSink, AReceiverThatStartsLateMissesNothingFromThenOn) {
+  const std::string port = std::to_string(free_ports(1)[0]);
+  auto sink = open_sink("osc:127.0.0.1:" + port, 20, false);
+  ASSERT_TRUE(sink);
+  const std::array<SpikeEvent, 1> spikes{SpikeEvent{.neuron = 1}};
+  ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+  const lo_server server = lo_server_new(port.c_str(), nullptr);
+  ASSERT_NE(server, nullptr);
+  std::vector<std::vector<std::int32_t>> received;
+  lo_server_add_method(server, "/merkel/spike", "iiiiii", take_whole, &received);
+  for (int k = 0; k < 2; ++k) ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+  while (received.size() < 2 && lo_server_recv_noblock(server, 2000) > 0) {
+  }
+  ASSERT_EQ(received.size(), 2U);
+  EXPECT_EQ(received[0][1], 2);  // the number of the spike
+  EXPECT_TRUE((*sink)->close());
+  EXPECT_EQ((*sink)->delivered(), 2U);
+  lo_server_free(server);
 }
 
 }  // namespace
