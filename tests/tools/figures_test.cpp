@@ -83,5 +83,20 @@ TEST(Plots, DrawThePressOfASessionWithoutASimulation) {
   EXPECT_NE(read_file(folder.path("p.svg")).find("<!-- force (N) -->"), std::string::npos);
 }
 
+TEST(Plots, MarkThePressOfASlidingSurfaceWhereItTouchesTheSkin) {
+  const TemporaryFolder folder;
+  const std::string session = folder.path("s.xdf");
+  ASSERT_EQ(run_program({"run", "braille_line", "--fast", "--duration-s", "0.3", "--sink",
+                         "xdf:" + session})
+                .exit_code,
+            0);
+  const auto run = run_program({"plot", session, "--out", folder.path("p.svg")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  // The text has gone 15 mm across when it is pressed first; the skin begins at 0.
+  const std::string svg = read_file(folder.path("p.svg"));
+  EXPECT_NE(svg.find("<!-- hardest press -->"), std::string::npos);
+  EXPECT_EQ(svg.find("<!-- −"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace merkel

@@ -1,5 +1,7 @@
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -83,6 +85,21 @@ void write_afferents(const Scene& scene, const std::string& path) {
   }
 }
 
+/// Where the press of a tick is on the skin: of a surface that slides, the tick has the place on
+/// the surface. Of a tactile array, its taxels know.
+ContactInput on_skin(const TickRecord& tick, const std::optional<Scene>& scene) {
+  ContactInput contact = tick.contact;
+  if (!scene || tick.probe >= scene->model.indenters.size()) return contact;
+  const Indenter& indenter = scene->model.indenters[tick.probe];
+  if (indenter.surface.slides) {
+    contact.x_mm = scene->model.skin.apex->x_mm;
+    contact.y_mm = scene->model.skin.apex->y_mm;
+  } else if (indenter.taxels() != nullptr) {
+    contact.x_mm = contact.y_mm = std::numeric_limits<double>::quiet_NaN();
+  }
+  return contact;
+}
+
 Expected<void, SetupError> tables_of_session(const std::string& path, const ScratchFolder& folder) {
   const auto session = RecordedSession::open(path);
   if (!session) return Unexpected<SetupError>(session.error());
@@ -97,7 +114,7 @@ Expected<void, SetupError> tables_of_session(const std::string& path, const Scra
   commands.print("time_s,electrode,amplitude_uA,frequency_Hz\n");
   const auto read = (*session)->read([&](const RecordBatch& batch) {
     for (const TickRecord& tick : batch.ticks) {
-      press.add(seconds(tick.time), tick.probe, tick.contact);
+      press.add(seconds(tick.time), tick.probe, on_skin(tick, (*session)->scene()));
     }
     for (const DeliveredSample& each : batch.samples) {
       samples.add(seconds(each.sample.time), each.probe, each.sample);

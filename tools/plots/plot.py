@@ -5,6 +5,7 @@ spikes.csv, commands.csv and afferents.csv (merkel plot).
 """
 
 import collections
+import math
 import pathlib
 import re
 import sys
@@ -106,6 +107,8 @@ class Column:
             return
         force = self.press["force_N"] if any(self.press["force_N"]) else self.press["depth_mm"]
         deepest = max(range(len(force)), key=force.__getitem__)
+        if math.isnan(self.press["x_mm"][deepest]):  # of a tactile array
+            return
         axes.plot(self.press["x_mm"][deepest], self.press["y_mm"][deepest], "+", color="tab:blue", markersize=12,
                   label="hardest press")
         axes.legend(loc="lower right", fontsize=8)
