@@ -336,6 +336,21 @@ TEST(ScoreCommand, ASensorThatReportsCompressionAsNegativePressesToo) {
                                 "--skip-experiments", "--out", folder.path("s")});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(has(run.out, "| hold | 0.200 | 0.900 | 2.86 | 8")) << run.out;
+  // Its session has the contact, but not the sign.
+  const auto recorded =
+      run_program({"run", scene, "--fast", "--probe", "replay:" + folder.path("press.csv"),
+                   "--sink", "xdf:" + folder.path("press.xdf")});
+  ASSERT_EQ(recorded.exit_code, 0) << recorded.err;
+  const std::string of_session = folder.file("e.json", R"({
+    "trials": [{"cite": "mine", "name": "one", "radius_mm": 3, "trace": "press.xdf",
+                "spike_times_s": [[0.2, 0.3]]}]})");
+  const auto refused = run_program({"score", "goodwin", "--data", of_session, "--trials", "2",
+                                    "--skip-experiments", "--out", folder.path("t")});
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_TRUE(has(refused.err, "set [probe] invert_force = true in the scene")) << refused.err;
+  const auto advised = run_program({"score", scene, "--data", of_session, "--trials", "2",
+                                    "--skip-experiments", "--out", folder.path("t")});
+  EXPECT_EQ(advised.exit_code, 0) << advised.err;
 }
 
 TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {

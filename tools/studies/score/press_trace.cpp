@@ -27,6 +27,7 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
   ContactDecision decision(contact, true);
   std::array<ProbeSample, 256> samples;
   std::chrono::nanoseconds first{0};
+  double touching = 0.0;  // sum of the levels
   for (;;) {
     const auto count = (*probe)->read(samples, std::chrono::milliseconds{0});
     if (!count && count.error() == ProbeError::kEndOfStream) break;
@@ -39,18 +40,25 @@ Expected<PressTrace, SetupError> PressTrace::read(const std::string& path,
         trace.begin_s_ = units::s_from(sample.time - run.zero);
       }
       const double time_s = units::s_from(sample.time - first);
+      const double level = force ? sign * sample.force_mN : sample.depth_mm;
       if (touches(sample)) {
+        touching += level;
         trace.touched_s_ = trace.touched_s_ ? std::min(*trace.touched_s_, time_s) : time_s;
         trace.released_s_ = time_s;
       }
       trace.time_s_.push_back(time_s);
-      trace.level_.push_back(force ? sign * sample.force_mN : sample.depth_mm);
+      trace.level_.push_back(level);
       if (!positioned) continue;
       trace.x_mm_.push_back(sample.x_mm);
       trace.y_mm_.push_back(sample.y_mm);
     }
   }
   if (trace.time_s_.size() < 2) return bad_input(path + ": a press needs at least two samples");
+  if (force && touching < 0.0) {
+    return bad_input(path + " was recorded with the other sign of force: " +
+                     (contact.invert_force ? "remove [probe] invert_force from the scene"
+                                           : "set [probe] invert_force = true in the scene"));
+  }
   return trace;
 }
 

@@ -14,8 +14,8 @@ namespace merkel {
 class PressTrace {
  public:
   /// Reads a trace, or the samples of a session's first probe. If it has both depth and force,
-  /// force drives. Fails if it has fewer than two samples.
-  /// \param contact  of a trace; a session has its own
+  /// force drives. Fails if it has fewer than two samples, or touches with a negative force.
+  /// \param contact  of a trace; a session has its own, but for the sign of the force
   [[nodiscard]] static Expected<PressTrace, SetupError> read(const std::string& path,
                                                              ContactDecision::Parameters contact);
 
