@@ -202,6 +202,19 @@ TEST(Verdict, AContactThatNeverEndsIsNamed) {
   EXPECT_FALSE(run.failed_strictly);
 }
 
+TEST(Verdict, ItsJsonHasOneRemedyForAFinding) {
+  const Json json = verdict_json(findings([](RunReport& report) {
+    report.probes[0].uri = "serial:x";
+    report.probes[0].device.emplace();
+    report.probes[0].counts.released_ticks = 20;
+  }));
+  ASSERT_EQ(json.size(), 1U);
+  EXPECT_EQ(json[0]["kind"], "released");
+  EXPECT_EQ(json[0]["remedy"], "keep the device streaming, or increase [loop] stale_after_ms");
+  EXPECT_FALSE(json[0]["facts"].contains("remedy"));
+  EXPECT_EQ(json[0]["facts"]["uri"], "serial:x");
+}
+
 TEST(Verdict, ATouchThatWasLostBecauseReadingsWereRefusedSaysSo) {
   const auto lost = [](std::uint64_t refused) {
     return of_device([=](RunReport::ProbeReport& probe) {

@@ -414,9 +414,11 @@ std::string findings_text(const std::vector<Finding>& findings) {
 Json verdict_json(const std::vector<Finding>& findings) {
   auto list = Json::array();
   for (const Finding& finding : findings) {
+    Json facts = finding.facts;
+    facts.erase("remedy");  // a part of the whole one, which some findings replace
     list.push_back({{"severity", name_of(finding.severity)},
                     {"kind", finding.kind},
-                    {"facts", finding.facts},
+                    {"facts", facts},
                     {"finding", finding.sentence},
                     {"remedy", finding.remedy}});
   }
