@@ -43,7 +43,7 @@ TEST(SpikeMatcher, MeasuresEachSpikeAgainstItsTick) {
   EXPECT_EQ(matcher.software().count, 3U);
   EXPECT_EQ(matcher.software().longest, microseconds{40});
   EXPECT_EQ(matcher.sink().longest, microseconds{30});
-  EXPECT_EQ(matcher.sample_to_spike().longest, microseconds{1940});
+  EXPECT_EQ(matcher.sample_to_received().longest, microseconds{1940});
   EXPECT_EQ(matcher.unmatched(), 0U);
 }
 
@@ -244,7 +244,7 @@ TEST(Doctor, MeasuresTheWholePathAndItsCountersAddUp) {
     EXPECT_GT(consumer["software"]["count"], 0);
     // The latency of the last stage is part of the total latency.
     EXPECT_LE(consumer["sink"]["p50_us"], consumer["software"]["p50_us"]);
-    EXPECT_LE(consumer["software"]["p50_us"], consumer["sample_to_spike"]["p50_us"]);
+    EXPECT_LE(consumer["software"]["p50_us"], consumer["sample_to_received"]["p50_us"]);
   }
   EXPECT_EQ(one["zmq"]["spikes"], one["spikes"]);
   EXPECT_GE(result["machine"].size(), 3U);

@@ -55,7 +55,7 @@ Json json_of(const ConsumerLatency& consumer) {
           {"missing", consumer.missing},
           {"sink", latency_json(consumer.sink)},
           {"software", latency_json(consumer.software)},
-          {"sample_to_spike", latency_json(consumer.sample_to_spike)}};
+          {"sample_to_received", latency_json(consumer.sample_to_received)}};
 }
 
 Json json_of(const DoctorRun& run) {

@@ -68,7 +68,7 @@ struct Arrivals {
             .missing = made - count.load(),
             .sink = matcher.sink(),
             .software = matcher.software(),
-            .sample_to_spike = matcher.sample_to_spike()};
+            .sample_to_received = matcher.sample_to_received()};
   }
 };
 

@@ -12,14 +12,14 @@ namespace merkel {
 
 /// Latency and losses of spikes on the way to one kind of consumer.
 struct ConsumerLatency {
-  const char* name = "";            ///< for display
-  const char* key = "";             ///< in JSON
-  std::chrono::nanoseconds good{};  ///< the largest good median of `software`
-  std::uint64_t spikes = 0;         ///< received
-  std::uint64_t missing = 0;        ///< not received
-  LatencySummary sink;              ///< published → received
-  LatencySummary software;          ///< tick due → received
-  LatencySummary sample_to_spike;   ///< sample arrived → received
+  const char* name = "";              ///< for display
+  const char* key = "";               ///< in JSON
+  std::chrono::nanoseconds good{};    ///< the largest good median of `software`
+  std::uint64_t spikes = 0;           ///< received
+  std::uint64_t missing = 0;          ///< not received
+  LatencySummary sink;                ///< published → received
+  LatencySummary software;            ///< tick due → received
+  LatencySummary sample_to_received;  ///< sample arrived → received
 };
 
 /// A measurement of the whole path: a live simulated probe, the paper's fingertip, and consumers.

@@ -13,7 +13,7 @@ void SpikeMatcher::match() {
     } else {
       sink_.record(arrived.arrival - timing.published);
       software_.record(arrived.arrival - timing.due);
-      sample_to_spike_.record(arrived.arrival - timing.arrival);
+      sample_to_received_.record(arrived.arrival - timing.arrival);
     }
     arrivals_.pop_front();
   }

@@ -32,8 +32,8 @@ class SpikeMatcher {
   /// buffer and the tick.
   [[nodiscard]] LatencySummary software() const { return LatencySummary::of(software_.snapshot()); }
   /// From the arrival of the last sample at or before the tick's end.
-  [[nodiscard]] LatencySummary sample_to_spike() const {
-    return LatencySummary::of(sample_to_spike_.snapshot());
+  [[nodiscard]] LatencySummary sample_to_received() const {
+    return LatencySummary::of(sample_to_received_.snapshot());
   }
   /// Spikes without a known tick.
   [[nodiscard]] std::uint64_t unmatched() const noexcept { return unmatched_; }
@@ -44,7 +44,7 @@ class SpikeMatcher {
   std::deque<SpikeArrival> arrivals_;
   LatencyHistogram sink_;
   LatencyHistogram software_;
-  LatencyHistogram sample_to_spike_;
+  LatencyHistogram sample_to_received_;
   std::uint64_t unmatched_ = 0;
 };
 
