@@ -161,6 +161,8 @@ def between(program, protocol, change, trace):
                     with contextlib.suppress(OSError):  # the attack is over
                         while chunk := client.recv(4096):
                             device.sendall(chunk)
+                    with contextlib.suppress(OSError):  # ends the loop below, also if the device is silent
+                        device.shutdown(socket.SHUT_RDWR)
                 threading.Thread(target=forward, daemon=True).start()
                 while chunk := device.recv(4096):
                     client.sendall(change(chunk))
