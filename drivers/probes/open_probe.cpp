@@ -12,7 +12,6 @@
 #include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
-#include "drivers/probes/pad_probe.hpp"
 #include "drivers/probes/recorded_outputs.hpp"
 #include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
@@ -133,7 +132,7 @@ Expected<std::unique_ptr<Probe>, SetupError> open_any(const DeviceUri& device) {
     return recorded(*uri, device, ReplayProbe::open);
   }
   if (uri->scheme == "sim") {
-    return recorded(*uri, device, uri->path == "pad" ? PadProbe::open : SimProbe::open);
+    return recorded(*uri, device, SimProbe::open);
   }
   for (const DeviceScheme& scheme : kDeviceSchemes) {
     if (uri->scheme != scheme.name) continue;

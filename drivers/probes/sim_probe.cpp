@@ -1,8 +1,11 @@
 #include "drivers/probes/sim_probe.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string_view>
 #include <utility>
 
 #include "core/units.hpp"
@@ -20,19 +23,40 @@ double ramp(double t, double begin, double length) {
   return std::clamp((t - begin) / length, 0.0, 1.0);
 }
 
-}  // namespace
+/// The press at a time in seconds, as a multiple of the amplitude, and its position.
+struct PlacedPress {
+  double level = 0.0;
+  double x_mm = 0.0;
+  double y_mm = 0.0;
+};
 
-SimProbe::SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude,
-                   double duration_s, double rate_hz, const Faults& faults)
-    : info_(std::move(info)),
-      press_(std::move(press)),
-      amplitude_(amplitude),
-      rate_hz_(rate_hz),
-      faults_(faults),
-      random_(faults.seed),
-      count_(static_cast<std::uint32_t>(std::floor(duration_s * rate_hz + 1e-9)) + 1) {}
+struct PressFaults {
+  double jitter_s = 0.0;
+  double noise = 0.0;  ///< mm or mN
+  double dropouts_per_s = 0.0;
+  double dropout_s = 0.0;
+  std::uint64_t seed = 1;
+};
 
-SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place, bool grasp) {
+/// A shape of the press over time.
+struct PressShape {
+  std::function<PlacedPress(double)> press;
+  double length_s = 0.0;
+};
+
+/// One of several presses, in a further column.
+struct Finger {
+  std::string_view name;
+  double share;  ///< of the amplitude
+};
+constexpr std::array<Finger, 6> kHand = {{{"thumb", 1.0},
+                                          {"index", 1.0},
+                                          {"middle", 0.9},
+                                          {"ring", 0.8},
+                                          {"little", 0.7},
+                                          {"palm", 2.0}}};
+
+PressShape taps_of(UriOptions& options, double wait_s, PlacedPress place, bool grasp) {
   const double tap_s = options.number("tap_s", grasp ? 0.9 : 0.1, 1e-3, kMax_s);
   const double interval_s = options.number("interval_s", grasp ? 1.2 : 0.4, 1e-3, kMax_s);
   const auto count = static_cast<double>(options.whole("count", 6, 1, 1'000'000));
@@ -43,14 +67,15 @@ SimProbe::Shape SimProbe::taps(UriOptions& options, double wait_s, Press place, 
                 const double phase = (since - tap * interval_s) / tap_s;
                 const bool touching = phase > 0.0 && phase < 1.0;
                 const double level = 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * phase);
-                return Press{
+                return PlacedPress{
                     .level = touching ? level : 0.0, .x_mm = place.x_mm, .y_mm = place.y_mm};
               },
           .length_s = (count - 1.0) * interval_s + tap_s};
 }
 
-SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& shape, double wait_s,
-                                     Press place, double amplitude, bool force) {
+/// A ramp, a sine or a slide. \param amplitude  in mm, or in mN if `force`
+PressShape held_press(UriOptions& options, const std::string& shape, double wait_s,
+                      PlacedPress place, double amplitude, bool force) {
   const double ramp_s = options.number("ramp_s", shape == "ramp" ? 0.02 : 0.15, 1e-6, kMax_s);
   double hold_s = 0.0;
   double to_x = place.x_mm;
@@ -78,14 +103,15 @@ SimProbe::Shape SimProbe::held_press(UriOptions& options, const std::string& sha
                     ramp(t, wait_s, ramp_s) - ramp(t, wait_s + ramp_s + hold_s, ramp_s);
                 const bool holding = held > 0.0 && held < hold_s;
                 const double moved = hold_s > 0.0 ? ramp(held, 0.0, hold_s) : 0.0;
-                return Press{.level = level + (holding ? relative * std::sin(angular * held) : 0.0),
-                             .x_mm = place.x_mm + moved * (to_x - place.x_mm),
-                             .y_mm = place.y_mm + moved * (to_y - place.y_mm)};
+                return PlacedPress{
+                    .level = level + (holding ? relative * std::sin(angular * held) : 0.0),
+                    .x_mm = place.x_mm + moved * (to_x - place.x_mm),
+                    .y_mm = place.y_mm + moved * (to_y - place.y_mm)};
               },
           .length_s = ramp_s + hold_s + ramp_s};
 }
 
-SimProbe::Shape SimProbe::scan(UriOptions& options, double wait_s, Press place) {
+PressShape scan_of(UriOptions& options, double wait_s, PlacedPress place) {
   const double ramp_s = options.number("ramp_s", 0.15, 1e-6, kMax_s);
   const double length_mm = options.number("length_mm", 24.0, 1e-3, 2.0 * kPosition);
   const double speed = options.number("speed_mm_per_s", 40.0, 1e-3, 1e4);
@@ -110,7 +136,7 @@ SimProbe::Shape SimProbe::scan(UriOptions& options, double wait_s, Press place) 
                 const double back = pass + 1.0 < passes ? ramp(t, begin + pass_s, return_s) : 0.0;
                 const double moved = ramp(t, begin + ramp_s, slide_s) - back - 0.5;
                 const double aside = pass + back - 0.5 * (passes - 1.0);
-                return Press{
+                return PlacedPress{
                     .level = level,
                     .x_mm = place.x_mm + moved * length_mm * along_x - aside * step_mm * along_y,
                     .y_mm = place.y_mm + moved * length_mm * along_y + aside * step_mm * along_x};
@@ -118,7 +144,7 @@ SimProbe::Shape SimProbe::scan(UriOptions& options, double wait_s, Press place) 
           .length_s = passes * pass_s + (passes - 1.0) * return_s};
 }
 
-SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double rate_hz) {
+PressFaults read_faults(UriOptions& options, bool force, double rate_hz) {
   return {.jitter_s = options.number("jitter_us", 0.0, 0.0, 0.45e6 / rate_hz) * 1e-6,
           .noise = force ? options.number("noise_mN", 0.0, 0.0, 1e6)
                          : units::mm_from_um(options.number("noise_um", 0.0, 0.0, 1e4)),
@@ -127,7 +153,55 @@ SimProbe::Faults SimProbe::read_faults(UriOptions& options, bool force, double r
           .seed = static_cast<std::uint64_t>(options.whole("seed", 1, 0, INT64_MAX))};
 }
 
+/// Takes the samples of a press, with its faults.
+struct PressSampler {
+  std::function<PlacedPress(double)> press;
+  double amplitude;                      ///< mm, or mN when force-controlled
+  std::optional<double> finger_delay_s;  ///< of a grasp
+  std::optional<double> force_mN;        ///< at the amplitude, for a press with depth and force
+  double rate_hz;
+  PressFaults faults;
+  Random random{faults.seed};
+  double dropped_until_s = 0.0;
+
+  double noise() { return faults.noise > 0.0 ? faults.noise * irwin_hall(random) : 0.0; }
+
+  bool operator()(double nominal_s, ProbeSample& sample, std::span<double> others) {
+    const bool falls = random.uniform() * rate_hz < faults.dropouts_per_s;
+    const double jitter_s = faults.jitter_s * random.uniform(-1.0, 1.0);
+    const double its_noise = noise();
+    if (falls) dropped_until_s = nominal_s + faults.dropout_s;
+    if (nominal_s < dropped_until_s) return false;
+
+    const double taken_s = nominal_s + jitter_s;
+    const PlacedPress taken = press(taken_s);
+    const double value = amplitude * taken.level + its_noise;
+    sample.time = units::nanoseconds_from_s(taken_s);
+    // Each finger presses a little later than the one before it.
+    for (std::size_t i = 0; finger_delay_s && i < kHand.size(); ++i) {
+      const PlacedPress its_press = press(taken_s - static_cast<double>(i) * *finger_delay_s);
+      const double finger_noise = noise();
+      others[i] = amplitude * kHand[i].share * its_press.level + finger_noise;
+    }
+    if (!finger_delay_s) {
+      (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
+    }
+    if (force_mN) {
+      const double relative = amplitude > 0.0 ? std::max(value / amplitude, 0.0) : 0.0;
+      sample.force_mN = *force_mN * relative * std::sqrt(relative);  // Hertz: power 1.5
+    }
+    if (sample.has(ProbeSample::kX)) {
+      sample.x_mm = taken.x_mm;
+      sample.y_mm = taken.y_mm;
+    }
+    return true;
+  }
+};
+
+}  // namespace
+
 Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
+  if (uri.path == "pad") return open_pad(uri);
   const bool grasp = uri.path == "grasp";
   if (!grasp && uri.path != "ramp" && uri.path != "taps" && uri.path != "sine" &&
       uri.path != "slide" && uri.path != "scan") {
@@ -156,12 +230,12 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   const double x = options.number("x_mm", slide ? 3.0 : 15.0, -kPosition, kPosition);
   const double y = options.number("y_mm", 10.0, -kPosition, kPosition);
 
-  const Press place{.x_mm = x, .y_mm = y};
-  Shape shape = grasp || uri.path == "taps" ? taps(options, wait_s, place, grasp)
-                : uri.path == "scan"
-                    ? scan(options, wait_s, place)
-                    : held_press(options, uri.path, wait_s, place, amplitude, force);
-  Faults faults = read_faults(options, force, rate_hz);
+  const PlacedPress place{.x_mm = x, .y_mm = y};
+  PressShape shape = grasp || uri.path == "taps" ? taps_of(options, wait_s, place, grasp)
+                     : uri.path == "scan"
+                         ? scan_of(options, wait_s, place)
+                         : held_press(options, uri.path, wait_s, place, amplitude, force);
+  PressFaults faults = read_faults(options, force, rate_hz);
   // The values of further columns are in their unit.
   if (grasp && force) faults.noise = units::N_from_mN(faults.noise);
   if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
@@ -184,65 +258,39 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open(const Uri& uri) {
   for (std::size_t i = 0; grasp && i < kHand.size(); ++i) {
     info.extra_columns.push_back(std::string(kHand[i].name) + (force ? "_N" : "_mm"));
   }
-  std::unique_ptr<SimProbe> probe(new SimProbe(std::move(info), std::move(shape.press), amplitude,
-                                               duration_s, rate_hz, faults));
-  if (both) probe->force_mN_ = force_mN;
-  if (grasp && force) probe->amplitude_ = units::N_from_mN(amplitude);
-  if (grasp) probe->finger_delay_s_ = delay_s;
-  return probe;
+  PressSampler sampler{.press = std::move(shape.press),
+                       .amplitude = grasp && force ? units::N_from_mN(amplitude) : amplitude,
+                       .finger_delay_s = grasp ? std::optional(delay_s) : std::nullopt,
+                       .force_mN = both ? std::optional(force_mN) : std::nullopt,
+                       .rate_hz = rate_hz,
+                       .faults = faults};
+  return std::unique_ptr<Probe>(new SimProbe(std::move(info), std::move(sampler), rate_hz,
+                                             std::floor(duration_s * rate_hz + 1e-9) + 1.0));
 }
 
-/// The sum of twelve uniform numbers minus its mean (Irwin-Hall): nearly normal, and portable.
-double SimProbe::normal() noexcept {
+double irwin_hall(Random& random) noexcept {
   double sum = -6.0;
-  for (int i = 0; i < 12; ++i) sum += random_.uniform();
+  for (int i = 0; i < 12; ++i) sum += random.uniform();
   return sum;
-}
-
-/// Each finger presses a little later than the one before it.
-void SimProbe::grasp(double time_s, std::span<double> further) {
-  for (std::size_t i = 0; i < kHand.size(); ++i) {
-    const Press press = press_(time_s - static_cast<double>(i) * *finger_delay_s_);
-    const double noise = faults_.noise > 0.0 ? faults_.noise * normal() : 0.0;
-    further[i] = amplitude_ * kHand[i].share * press.level + noise;
-  }
 }
 
 Expected<std::size_t, ProbeError> SimProbe::read(Readings& readings,
                                                  std::chrono::milliseconds /*patience*/) {
   readings.clear();
   const ProbeColumns& columns = readings.columns().of(0);
-  while (readings.room() > 0 && next_ < count_) {
-    const std::uint32_t number = next_++;
-    const double nominal_s = number / rate_hz_;
-    const bool falls = random_.uniform() * rate_hz_ < faults_.dropouts_per_s;
-    const double jitter_s = faults_.jitter_s * random_.uniform(-1.0, 1.0);
-    const double noise = faults_.noise > 0.0 ? faults_.noise * normal() : 0.0;
-    if (falls) dropped_until_s_ = nominal_s + faults_.dropout_s;
-    if (nominal_s < dropped_until_s_) continue;
-
-    const double taken_s = nominal_s + jitter_s;
-    const Press press = press_(taken_s);
-    const double value = amplitude_ * press.level + noise;
-    ProbeSample sample{.time = units::nanoseconds_from_s(taken_s),
-                       .arrival = units::nanoseconds_from_s(taken_s),
-                       .sequence = number,
+  const std::size_t most = std::min<std::size_t>(readings.room(), columns.taxels > 0 ? 256 : ~0U);
+  while (readings.size() < most && next_ < count_) {
+    ProbeSample sample{.sequence = next_++,
                        .channels = info_.channels,
                        .valid_for = SampleMeter::stale_after(*info_.period)};
-    const std::span<double> row = readings.add(head_of(sample));
-    if (finger_delay_s_) {
-      grasp(taken_s, columns.further_in(row));
-    } else {
-      (sample.has(ProbeSample::kDepth) ? sample.depth_mm : sample.force_mN) = value;
+    const std::span<double> row = readings.add({});
+    const std::size_t place = readings.size() - 1;
+    if (!take_(sample.sequence / rate_hz_, sample, row.subspan(ProbeColumns::kPress))) {
+      readings.resize(place);
+      continue;
     }
-    if (force_mN_) {
-      const double relative = amplitude_ > 0.0 ? std::max(value / amplitude_, 0.0) : 0.0;
-      sample.force_mN = *force_mN_ * relative * std::sqrt(relative);  // Hertz: power 1.5
-    }
-    if (sample.has(ProbeSample::kX)) {
-      sample.x_mm = press.x_mm;
-      sample.y_mm = press.y_mm;
-    }
+    sample.arrival = sample.time;
+    readings.head(place) = head_of(sample);
     columns.put(sample, row);
   }
   if (!readings.empty()) return readings.size();

@@ -1,12 +1,11 @@
 #pragma once
 
-#include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
+#include <span>
+#include <utility>
 
 #include "core/expected.hpp"
 #include "core/math/random.hpp"
@@ -57,58 +56,26 @@ class SimProbe final : public Probe {
                                                        std::chrono::milliseconds patience) override;
 
  private:
-  /// The press at a time in seconds, as a multiple of the amplitude, and its position.
-  struct Press {
-    double level = 0.0;
-    double x_mm = 0.0;
-    double y_mm = 0.0;
-  };
-  struct Faults {
-    double jitter_s = 0.0;
-    double noise = 0.0;  ///< mm or mN
-    double dropouts_per_s = 0.0;
-    double dropout_s = 0.0;
-    std::uint64_t seed = 1;
-  };
-  /// A shape of the press over time.
-  struct Shape {
-    std::function<Press(double)> press;
-    double length_s = 0.0;
-  };
-  static Shape taps(UriOptions& options, double wait_s, Press place, bool grasp);
-  static Shape scan(UriOptions& options, double wait_s, Press place);
-  /// A ramp, a sine or a slide. \param amplitude  in mm, or in mN if `force`
-  static Shape held_press(UriOptions& options, const std::string& shape, double wait_s, Press place,
-                          double amplitude, bool force);
-  static Faults read_faults(UriOptions& options, bool force, double rate_hz);
-  SimProbe(ProbeInfo info, std::function<Press(double)> press, double amplitude, double duration_s,
-           double rate_hz, const Faults& faults);
-  double normal() noexcept;
-  void grasp(double time_s, std::span<double> further);
-
-  /// One of several presses, in a further column.
-  struct Finger {
-    std::string_view name;
-    double share;  ///< of the amplitude
-  };
-  static constexpr std::array<Finger, 6> kHand = {{{"thumb", 1.0},
-                                                   {"index", 1.0},
-                                                   {"middle", 0.9},
-                                                   {"ring", 0.8},
-                                                   {"little", 0.7},
-                                                   {"palm", 2.0}}};
+  /// Takes the sample of a nominal time, in seconds, and the values of its further columns or its
+  /// taxels. \return false: it drops out
+  using Take = std::function<bool(double nominal_s, ProbeSample& sample, std::span<double> others)>;
+  SimProbe(ProbeInfo info, Take take, double rate_hz, double count)
+      : info_(std::move(info)),
+        take_(std::move(take)),
+        rate_hz_(rate_hz),
+        count_(static_cast<std::uint32_t>(count)) {}
+  /// sim:pad, a tactile array under a ball that presses and rolls. The pressure is that of Hertz;
+  /// the mean over a taxel is taken at nine of its points.
+  [[nodiscard]] static Expected<std::unique_ptr<Probe>, SetupError> open_pad(const Uri& uri);
 
   ProbeInfo info_;
-  std::function<Press(double)> press_;
-  double amplitude_;                      ///< mm, or mN when force-controlled
-  std::optional<double> finger_delay_s_;  ///< of a grasp
-  std::optional<double> force_mN_;        ///< at the amplitude, for a press with depth and force
+  Take take_;
   double rate_hz_;
-  Faults faults_;
-  Random random_;
   std::uint32_t next_ = 0;  ///< number of the next sample
   std::uint32_t count_;
-  double dropped_until_s_ = 0.0;
 };
+
+/// The sum of twelve uniform numbers minus its mean (Irwin-Hall): nearly normal, and portable.
+[[nodiscard]] double irwin_hall(Random& random) noexcept;
 
 }  // namespace merkel
