@@ -52,6 +52,9 @@ struct ProbeInfo {
   std::vector<std::string> device_channels = {};
   std::optional<RecordedRun> run = {};  ///< of a recording, if known
   std::size_t taxels = 0;               ///< of a tactile array; 0: another probe
+
+  /// Its name or, without one, its URI.
+  [[nodiscard]] const std::string& title() const noexcept { return name.empty() ? uri : name; }
 };
 
 /// The columns of a probe, and of a device that feeds some.

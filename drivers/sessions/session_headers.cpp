@@ -161,7 +161,7 @@ std::string probe_stream_header(const SessionStream& stream, std::uint32_t numbe
           "a column of the recording, not used by the model");
     }
   }
-  add(header.description, "probe", probe.name.empty() ? probe.uri : probe.name);
+  add(header.description, "probe", probe.title());
   return header.text();
 }
 

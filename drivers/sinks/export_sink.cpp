@@ -67,21 +67,22 @@ SinkSetup ExportSink::recovering(const Uri& uri, SinkSetup setup) {
   return setup;
 }
 
-ExportSink::ExportSink(const Uri& uri, const SinkSetup& setup, Make make)
+ExportSink::ExportSink(const Uri& uri, const SinkSetup& setup, TimeBase time, Make make)
     : Sink(uri.text),
       path_(uri.path),
       make_(std::move(make)),
       journal_(setup.journal),
-      progress_(setup.progress) {}
+      progress_(setup.progress),
+      time_(time) {}
 
-OpenedSink ExportSink::open(const Uri& uri, const SinkSetup& setup, Make make) {
+OpenedSink ExportSink::open(const Uri& uri, const SinkSetup& setup, TimeBase time, Make make) {
   if (is_special_output(uri.path)) {
     return bad_input("\"" + uri.text + "\": this format can only be written to a regular file");
   }
   if (auto free = check_writable(uri.path, setup.overwrite); !free) {
     return Unexpected<SetupError>(free.error());
   }
-  std::unique_ptr<ExportSink> sink(new ExportSink(uri, setup, std::move(make)));
+  std::unique_ptr<ExportSink> sink(new ExportSink(uri, setup, time, std::move(make)));
   if (sink->journal_) return sink;
   Uri beside = uri;
   beside.scheme = "xdf";
@@ -98,7 +99,7 @@ OpenedSink ExportSink::open(const Uri& uri, const SinkSetup& setup, Make make) {
 }
 
 Expected<void, SinkError> ExportSink::begin(const RunOrigin& origin) {
-  origin_ = origin;
+  time_.set(origin);
   return session_ ? session_->begin(origin) : Expected<void, SinkError>();
 }
 
@@ -118,7 +119,7 @@ Expected<void, SinkError> ExportSink::close() {
     journal_ = std::make_shared<SessionJournal>(beside);
   }
   ReportedJournal journal(*journal_, path_, progress_);
-  if (const auto made = make_(journal, origin_); !made) {
+  if (const auto made = make_(journal, time_); !made) {
     return Unexpected<SinkError>(
         {.sentence = made.error() +
                      (session_ ? "; all of the run is in " + beside + ": merkel export " + beside +

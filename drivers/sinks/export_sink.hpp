@@ -10,6 +10,7 @@
 #include "drivers/sink_setup.hpp"
 #include "drivers/sinks/run_journal.hpp"
 #include "drivers/sinks/sink_openers.hpp"
+#include "drivers/sinks/time_base.hpp"
 #include "drivers/uri.hpp"
 
 namespace merkel {
@@ -20,11 +21,12 @@ namespace merkel {
 class ExportSink final : public Sink {
  public:
   /// Writes the file. Returns the reason if it cannot; then it leaves no incomplete file.
-  using Make = std::function<Expected<void, std::string>(RunJournal&, const RunOrigin&)>;
+  using Make = std::function<Expected<void, std::string>(RunJournal&, const TimeBase&)>;
 
   /// Fails if the file exists (unless `overwrite`), cannot be a file, or is being written by
   /// another program.
-  [[nodiscard]] static OpenedSink open(const Uri& uri, const SinkSetup& setup, Make make);
+  [[nodiscard]] static OpenedSink open(const Uri& uri, const SinkSetup& setup, TimeBase time,
+                                       Make make);
   /// The name of the session beside a file.
   [[nodiscard]] static std::string journal_name(const std::string& path) {
     return path + ".journal.xdf";
@@ -41,14 +43,14 @@ class ExportSink final : public Sink {
   [[nodiscard]] Expected<void, SinkError> close() override;
 
  private:
-  ExportSink(const Uri& uri, const SinkSetup& setup, Make make);
+  ExportSink(const Uri& uri, const SinkSetup& setup, TimeBase time, Make make);
 
   std::string path_;
   Make make_;
   std::shared_ptr<RunJournal> journal_;  ///< null: `session_` is it
   std::unique_ptr<Sink> session_;
   std::function<void(const std::string&)> progress_;
-  RunOrigin origin_;
+  TimeBase time_;
   std::uint64_t taken_ = 0;
 };
 

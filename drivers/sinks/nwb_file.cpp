@@ -119,9 +119,9 @@ void read_extents(Hdf5File& file, Source& source) {
   std::vector<RunJournal::Part> runs = source.journal.parts();
   if (runs.empty()) {
     runs.push_back({.journal = source.journal,
-                    .tick = content.tick,
+                    .tick = content.run.model.tick,
                     .neurons = content.afferents.size(),
-                    .probes = content.probes.size()});
+                    .probes = content.run.probes.size()});
   }
   for (const RunJournal::Part& run : runs) {
     const Extent extent = extent_of(run, source.time.offset(), file);
@@ -131,7 +131,7 @@ void read_extents(Hdf5File& file, Source& source) {
     source.whole.end = std::max(source.whole.end, extent.end);
   }
   source.of_units.resize(content.afferents.size(), source.whole);
-  source.of_probes.resize(content.probes.size(), source.whole);
+  source.of_probes.resize(content.run.probes.size(), source.whole);
 }
 
 /// Pulses from their begin to their end.
@@ -162,17 +162,19 @@ void write_stimulus(Hdf5File& file, const Source& source, NwbTotals& found) {
   // The electrodes first: their names are known, those of columns are not.
   const auto series_of = [&](nwb::ElectrodeSeries::Of of) {
     std::vector<std::unique_ptr<nwb::ElectrodeSeries>> all;
-    for (const NwbContent::Electrode& each : content.electrodes) {
-      all.push_back(std::make_unique<nwb::ElectrodeSeries>(file, paths, each, of));
+    const EncodingParameters& encoding = content.run.encoding;
+    for (const Electrode& each : encoding.electrodes) {
+      all.push_back(
+          std::make_unique<nwb::ElectrodeSeries>(file, paths, each, encoding.stimulation, of));
     }
     return all;
   };
   const auto electrodes = series_of(nwb::ElectrodeSeries::Of::kCommanded);
   const auto sent = series_of(nwb::ElectrodeSeries::Of::kSent);
   std::vector<std::unique_ptr<nwb::ProbeSeries>> probes;
-  for (const NwbContent::Probe& probe : content.probes) {
+  for (const ProbeInfo& probe : content.run.probes) {
     probes.push_back(std::make_unique<nwb::ProbeSeries>(file, paths, probe, probes.size(),
-                                                        content.probes.size() == 1));
+                                                        content.run.probes.size() == 1));
   }
   found.spikes_of.assign(content.afferents.size(), 0);
   const auto time_s = [&](const auto& record) { return source.time.s(time_of(record)); };
@@ -282,7 +284,10 @@ void write_units(Hdf5File& file, const Source& source, const NwbTotals& found) {
   }
   std::vector<std::string> names;
   for (const AfferentRow& row : content.afferents) {
-    names.push_back(row.patch < content.patches.size() ? content.patches[row.patch] : "");
+    const auto& patches = content.run.model.patches;
+    const bool named = row.patch < patches.size() && !patches[row.patch].name.empty();
+    names.push_back(named ? printable_text(patches[row.patch].name)
+                          : "patch " + std::to_string(row.patch));
   }
   table.texts("patch_name", names, "Name of the patch of skin");
   write_spike_times(file, source, found, *spike_times);
@@ -309,13 +314,14 @@ void write_general(Hdf5File& file, const NwbContent& content) {
   }
 }
 
-void write_head(Hdf5File& file, const NwbContent& content) {
+void write_head(Hdf5File& file, const NwbContent& content, const TimeBase& time) {
   nwb::make_typed(file, "/", nwb::kCore, "NWBFile");
   file.attribute("/", "nwb_version", std::string("2.7.0"));
   file.text("/identifier", nwb::new_uuid());
-  file.text("/session_description", "merkel run of the scene " + content.scene);
-  file.text("/session_start_time", nwb::iso_time(content.start));
-  file.text("/timestamps_reference_time", nwb::iso_time(content.zero));
+  file.text("/session_description", "merkel run of the scene " + content.run.scene);
+  file.text("/session_start_time", nwb::iso_time(time.origin().utc));
+  file.text("/timestamps_reference_time",
+            nwb::iso_time(time.origin().utc + (time.offset() - time.origin().start)));
   const std::array<std::string, 1> now = {
       nwb::iso_time(std::chrono::system_clock::now().time_since_epoch())};
   file.texts("/file_create_date", now);
@@ -323,15 +329,25 @@ void write_head(Hdf5File& file, const NwbContent& content) {
                                   "/stimulus/presentation", "/stimulus/templates", "/general"}) {
     file.group(group);
   }
-  file.text("/general/notes", content.notes);
-  file.text("/general/source_script", content.scene_text);
-  file.attribute("/general/source_script", "file_name", content.scene);
+  std::string notes;  // the other facts of the run
+  std::string scene_text;
+  for (const auto& [name, value] : content.run.facts) {
+    if (name == "scene_text") {
+      scene_text = value;
+    } else if (name != "start_device_ns" && name != "start_utc_ns") {  // TimeBase::facts() has them
+      notes += name + " = " + value + "\n";
+    }
+  }
+  for (const auto& [name, value] : time.facts()) notes += name + " = " + value + "\n";
+  file.text("/general/notes", notes);
+  file.text("/general/source_script", scene_text);
+  file.attribute("/general/source_script", "file_name", content.run.scene);
   write_general(file, content);
-  for (std::size_t i = 0; i < content.probes.size(); ++i) {
+  for (std::size_t i = 0; i < content.run.probes.size(); ++i) {
     const std::string device = "/general/devices/" + nwb::name_of_probe(i);
     file.group(device);
     nwb::make_typed(file, device, nwb::kCore, "Device");
-    file.attribute(device, "description", content.probes[i].name);
+    file.attribute(device, "description", content.run.probes[i].title());
   }
 }
 
@@ -352,7 +368,7 @@ Expected<void, std::string> write_nwb(const std::string& path, const NwbContent&
   return write_hdf5_file(path, overwrite, [&](Hdf5File& file) {
     Source source{.content = content, .time = time, .journal = journal};
     read_extents(file, source);
-    write_head(file, content);
+    write_head(file, content, time);
     NwbTotals found;
     write_stimulus(file, source, found);
     if (!file.ok()) return;

@@ -93,12 +93,9 @@ std::string SeriesPaths::take(std::string name) {
   return folder_ + "/" + free;
 }
 
-TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description)
-    : file_(file), path_(std::move(path)), description_(std::move(description)), series_{path_} {}
-
-TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description, TimeSeries& times)
+TimeSeries::TimeSeries(Hdf5File& file, std::string path, Description description, TimeSeries* times)
     : file_(file), path_(std::move(path)), description_(std::move(description)) {
-  times.series_.push_back(path_);
+  (times == nullptr ? this : times)->series_.push_back(path_);
 }
 
 TimeSeries::~TimeSeries() {

@@ -75,9 +75,9 @@ class TimeSeries {
     std::string comments;
   };
 
-  TimeSeries(Hdf5File& file, std::string path, Description description);
-  /// A series with the times of another one, which has as many values.
-  TimeSeries(Hdf5File& file, std::string path, Description description, TimeSeries& times);
+  /// \param times  another series with the same times, and as many values; null: its own
+  TimeSeries(Hdf5File& file, std::string path, Description description,
+             TimeSeries* times = nullptr);
   TimeSeries(const TimeSeries&) = delete;
   TimeSeries& operator=(const TimeSeries&) = delete;
   /// Writes the times: of a regular series its start and rate.

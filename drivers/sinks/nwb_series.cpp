@@ -1,8 +1,9 @@
 #include "drivers/sinks/nwb_series.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
-#include <limits>
 
 #include "core/parameters/parameter_error.hpp"
 #include "core/units.hpp"
@@ -23,11 +24,19 @@ std::string stop_codes() {
   return codes;
 }
 
-TimeSeries::Description current(const NwbContent::Electrode& electrode, const std::string& what) {
-  return {.unit = "amperes",
-          .conversion = 1e-6F,
-          .description = "electrode " + electrode.name + ": " + what,
-          .comments = electrode.description};
+constexpr std::array<const char*, kProbeChannels.size()> kNwbMeanings = {
+    "indentation depth, in mm", "normal force, in N",
+    "position on the patch along the finger, in mm",
+    "position on the patch across the finger, in mm"};
+
+/// The field of an electrode.
+std::string text_of(const Electrode& electrode, const StimulationParameters& scene) {
+  return "field of radius " + shortest_decimal(electrode.field_mm[2]) +
+         " mm around x = " + shortest_decimal(electrode.field_mm[0]) +
+         " mm, y = " + shortest_decimal(electrode.field_mm[1]) + " mm on patch " +
+         std::to_string(electrode.patch) + "; one phase lasts " +
+         // The whole phase that the device sends, as every other sink has it.
+         shortest_decimal(units::us_from(ElectrodeLimits::of(electrode, scene).phase)) + " µs";
 }
 
 /// From the decimals of a force: a change of unit adds no rounding error.
@@ -41,30 +50,39 @@ double value_of(const SampleChannel& channel, const ProbeSample& sample) {
 
 std::string name_of_probe(std::size_t number) { return "probe_" + std::to_string(number); }
 
-ProbeSeries::ProbeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Probe& probe,
+ProbeSeries::ProbeSeries(Hdf5File& file, SeriesPaths& paths, const ProbeInfo& probe,
                          std::size_t number, bool only)
-    : known_(probe.channels), number_(number) {
-  for (const NwbContent::Channel& channel : probe.channels) {
-    const std::string path =
-        paths.take(only ? channel.name : name_of_probe(number) + "_" + channel.name);
-    const TimeSeries::Description description{.unit = channel.unit,
-                                              .conversion = channel.conversion,
-                                              .description = channel.meaning,
-                                              .comments = "measured by " + probe.name};
-    channels_.push_back(channels_.empty() ? std::make_unique<TimeSeries>(file, path, description)
-                                          : std::make_unique<TimeSeries>(file, path, description,
-                                                                         *channels_.front()));
+    : number_(number) {
+  const auto add_series = [&](const std::string& name, const char* unit, float conversion,
+                              const std::string& meaning) {
+    series_.push_back(std::make_unique<TimeSeries>(
+        file, paths.take(only ? name : name_of_probe(number) + "_" + name),
+        TimeSeries::Description{.unit = unit,
+                                .conversion = conversion,
+                                .description = meaning,
+                                .comments = "measured by " + probe.title()},
+        series_.empty() ? nullptr : series_.front().get()));
+  };
+  for (std::size_t i = 0; i < kProbeChannels.size(); ++i) {
+    const SampleChannel& channel = kProbeChannels[i];
+    if (!channel.in(probe.channels)) continue;
+    const bool force = channel.bit == ProbeSample::kForce;
+    press_.push_back(&channel);
+    add_series(std::string(channel.name), force ? "newtons" : "meters", force ? 1.0F : 1e-3F,
+               kNwbMeanings[i]);
+  }
+  for (const std::string& name : probe.extra_columns) {
+    add_series(name, "unknown", 1.0F,
+               "the column \"" + name + "\" of the recording, not used by the model");
   }
 }
 
 void ProbeSeries::add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts) {
-  for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const NwbContent::Channel& channel = known_[i];
-    const double value = channel.press != nullptr ? value_of(*channel.press, item.sample)
-                         : channel.extra < item.further.size()
-                             ? item.further[channel.extra]
-                             : std::numeric_limits<double>::quiet_NaN();
-    channels_[i]->append(time_s, value);
+  for (std::size_t i = 0; i < series_.size(); ++i) {
+    const std::size_t further = i - press_.size();
+    series_[i]->append(time_s, i < press_.size()               ? value_of(*press_[i], item.sample)
+                               : further < item.further.size() ? item.further[further]
+                                                               : std::nan(""));
   }
   const bool contact = touches(item.sample);
   if (contact && !touched_s_) touched_s_ = time_s;
@@ -80,58 +98,46 @@ void ProbeSeries::end_contact(double time_s, std::vector<Interval>& contacts) {
   touched_s_.reset();
 }
 
-ElectrodeSeries::ElectrodeSeries(Hdf5File& file, SeriesPaths& paths,
-                                 const NwbContent::Electrode& electrode, Of of)
-    : electrode_(electrode),
-      of_(of),
-      amplitude_(
-          file, paths.take(name("amplitude")),
-          current(electrode, verb() + " amplitude of one phase, in µA; 0: off; each value holds "
-                                      "until the next one")),
-      frequency_(file, paths.take(name("frequency")),
-                 {.unit = "hertz",
-                  .conversion = 1.0F,
-                  .description = "electrode " + electrode.name + ": " + verb() +
-                                 " frequency of the pulse train, in Hz; each value "
-                                 "holds until the next one",
-                  .comments = electrode.description},
-                 amplitude_),
-      stops_(file, paths.take(name("stop")),
-             {.unit = "n.a.",
-              .conversion = 1.0F,
-              .description =
-                  "electrode " + electrode.name + ": why it was switched off: " + stop_codes(),
-              .comments = electrode.description},
-             amplitude_),
-      pulses_(file, paths.take(name("pulses")),
-              current(electrode, "amplitude of one phase of each single pulse, in µA")) {
-  if (of_ != Of::kSent) return;
-  sent_ = std::make_unique<TimeSeries>(
-      file, paths.take(name("monotonic")),
-      TimeSeries::Description{.unit = "seconds",
-                              .conversion = 1.0F,
-                              .description = "electrode " + electrode.name +
-                                             ": when the command passed the gate to the receivers, "
-                                             "on the monotonic clock of the machine",
-                              .comments = electrode.description},
-      amplitude_);
-}
-
-std::string ElectrodeSeries::verb() const { return of_ == Of::kSent ? "sent" : "commanded"; }
-
-std::string ElectrodeSeries::name(const char* quantity) const {
-  return "electrode_" + electrode_.name + (of_ == Of::kSent ? "_sent_" : "_") + quantity;
+ElectrodeSeries::ElectrodeSeries(Hdf5File& file, SeriesPaths& paths, const Electrode& electrode,
+                                 const StimulationParameters& scene, Of of) {
+  const bool sent = of == Of::kSent;
+  const std::string verb = sent ? "sent" : "commanded";
+  const auto series = [&](const char* quantity, const char* unit, float conversion,
+                          const std::string& what) {
+    return std::make_unique<TimeSeries>(
+        file, paths.take("electrode_" + electrode.name + (sent ? "_sent_" : "_") + quantity),
+        TimeSeries::Description{.unit = unit,
+                                .conversion = conversion,
+                                .description = "electrode " + electrode.name + ": " + what,
+                                .comments = text_of(electrode, scene)},
+        amplitude_.get());
+  };
+  pulses_ = series("pulses", "amperes", 1e-6F,  // at times of their own
+                   "amplitude of one phase of each single pulse, in µA");
+  amplitude_ = series("amplitude", "amperes", 1e-6F,
+                      verb +
+                          " amplitude of one phase, in µA; 0: off; each value holds until the "
+                          "next one");
+  frequency_ = series("frequency", "hertz", 1.0F,
+                      verb +
+                          " frequency of the pulse train, in Hz; each value holds until the next "
+                          "one");
+  stops_ = series("stop", "n.a.", 1.0F, "why it was switched off: " + stop_codes());
+  if (!sent) return;
+  sent_ = series("monotonic", "seconds", 1.0F,
+                 "when the command passed the gate to the receivers, on the monotonic clock of the "
+                 "machine");
 }
 
 void ElectrodeSeries::add(double time_s, const StimulationCommand& command,
                           std::chrono::nanoseconds sent) {
   if (command.kind == StimulationCommand::Kind::kPulse) {
-    pulses_.append(time_s, command.amplitude_uA);
+    pulses_->append(time_s, command.amplitude_uA);
     return;
   }
-  amplitude_.append(time_s, command.amplitude_uA);
-  frequency_.append(time_s, command.frequency_Hz);
-  stops_.append(time_s, static_cast<double>(command.stop));
+  amplitude_->append(time_s, command.amplitude_uA);
+  frequency_->append(time_s, command.frequency_Hz);
+  stops_->append(time_s, static_cast<double>(command.stop));
   if (sent_) sent_->append(time_s, units::s_from(sent));
 }
 

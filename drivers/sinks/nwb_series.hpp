@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "core/encoding/encoding_parameters.hpp"
 #include "core/records/record_batch.hpp"
-#include "drivers/sinks/nwb_file.hpp"
+#include "drivers/probe.hpp"
+#include "drivers/sample_channels.hpp"
 #include "drivers/sinks/nwb_objects.hpp"
 
 namespace merkel::nwb {
@@ -29,8 +31,8 @@ struct Interval {
 class ProbeSeries {
  public:
   /// \param only  the run has one probe, so the names of its series need no number
-  ProbeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Probe& probe,
-              std::size_t number, bool only);
+  ProbeSeries(Hdf5File& file, SeriesPaths& paths, const ProbeInfo& probe, std::size_t number,
+              bool only);
 
   /// Appends a sample. A contact that ends there is added to `contacts`.
   void add(double time_s, const DeliveredSample& item, std::vector<Interval>& contacts);
@@ -38,8 +40,8 @@ class ProbeSeries {
   void end_contact(double time_s, std::vector<Interval>& contacts);
 
  private:
-  std::vector<std::unique_ptr<TimeSeries>> channels_;
-  std::vector<NwbContent::Channel> known_;
+  std::vector<const SampleChannel*> press_;
+  std::vector<std::unique_ptr<TimeSeries>> series_;  ///< of `press_`, then of the further columns
   std::size_t number_;
   std::optional<double> touched_s_;  ///< start of the contact
 };
@@ -51,23 +53,18 @@ class ProbeSeries {
 class ElectrodeSeries {
  public:
   enum class Of : std::uint8_t { kCommanded, kSent };
-  ElectrodeSeries(Hdf5File& file, SeriesPaths& paths, const NwbContent::Electrode& electrode,
-                  Of of);
+  ElectrodeSeries(Hdf5File& file, SeriesPaths& paths, const Electrode& electrode,
+                  const StimulationParameters& scene, Of of);
 
   /// \param sent  SentCommand::sent
   void add(double time_s, const StimulationCommand& command, std::chrono::nanoseconds sent);
 
  private:
-  [[nodiscard]] std::string verb() const;
-  [[nodiscard]] std::string name(const char* quantity) const;
-
-  NwbContent::Electrode electrode_;
-  Of of_;
-  TimeSeries amplitude_;
-  TimeSeries frequency_;
-  TimeSeries stops_;
+  std::unique_ptr<TimeSeries> amplitude_;
+  std::unique_ptr<TimeSeries> frequency_;
+  std::unique_ptr<TimeSeries> stops_;
   std::unique_ptr<TimeSeries> sent_;
-  TimeSeries pulses_;
+  std::unique_ptr<TimeSeries> pulses_;
 };
 
 }  // namespace merkel::nwb

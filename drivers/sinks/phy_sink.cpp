@@ -167,11 +167,11 @@ OpenedSink open_phy_sink(const Uri& uri, const SinkSetup& setup) {
   }
   Uri own = uri;  // the journal is beside the folder
   own.path = folder.path;
-  return ExportSink::open(
-      own, setup, [folder = std::move(folder)](RunJournal& journal, const auto& origin) mutable {
-        folder.time.set(origin);
-        return write_phy(folder, journal);
-      });
+  return ExportSink::open(own, setup, folder.time,
+                          [folder = folder](RunJournal& journal, const TimeBase& time) mutable {
+                            folder.time = time;
+                            return write_phy(folder, journal);
+                          });
 }
 
 }  // namespace merkel

@@ -37,7 +37,7 @@ find_path(MERKEL_HDF5_INCLUDE hdf5.h PATH_SUFFIXES hdf5/serial)
 find_library(MERKEL_HDF5_LIBRARY NAMES hdf5_serial hdf5)
 merkel_optional_sink(HDF5 "${MERKEL_HDF5_LIBRARY}" "${MERKEL_HDF5_INCLUDE}"
   files/hdf5_file.cpp sinks/nwb_file.cpp sinks/nwb_objects.cpp sinks/nwb_series.cpp
-  sinks/nwb_sink.cpp sinks/sonata_file.cpp sinks/sonata_sink.cpp spike_files/nwb_spikes.cpp)
+  sinks/nwb_sink.cpp sinks/sonata_sink.cpp spike_files/nwb_spikes.cpp)
 
 find_package(LSL QUIET)
 set(MERKEL_WITH_LSL ${LSL_FOUND} CACHE INTERNAL "an installed merkel needs it too")

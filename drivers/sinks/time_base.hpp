@@ -21,6 +21,7 @@ class TimeBase {
 
   /// Sets the run's origin.
   void set(const RunOrigin& origin) noexcept;
+  [[nodiscard]] const RunOrigin& origin() const noexcept { return origin_; }
 
   /// Converts a probe time to a time in the file.
   [[nodiscard]] std::chrono::nanoseconds operator()(std::chrono::nanoseconds time) const noexcept {
