@@ -41,7 +41,8 @@ Expected<ChannelCalibration, SetupError> read_channel(const std::string& path,
       const auto* const found =
           std::find(kDeviceChannelNames.begin(), kDeviceChannelNames.end(), source);
       const auto own = csv_column_named(source);
-      if (own && own->kind == CsvColumn::Kind::kValue && is_named(own->channel) && !own->sync) {
+      if (own && own->kind == CsvColumn::Kind::kValue && is_named(own->channel) &&
+          own->quantity != Quantity::kSync) {
         channel.source = own->channel;
         channel.name = source;
         has_source = true;

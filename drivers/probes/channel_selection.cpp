@@ -76,9 +76,8 @@ std::string listed_channels(std::span<const ChannelName> channels) {
 }
 
 std::string in_unit_of_readings(const ChannelName& channel) {
-  if (channel.sync) return channel.name;
-  return std::string(without_unit(channel.name)) +
-         (channel.force ? "_N" : (channel.pressure ? "_kPa" : "_mm"));
+  if (channel.quantity == Quantity::kSync) return channel.name;
+  return std::string(without_unit(channel.name)) + "_" + std::string(unit_of(channel.quantity));
 }
 
 bool ChannelSelection::empty() const noexcept {
@@ -151,22 +150,22 @@ Expected<ProbeCalibration, std::string> ChannelSelection::among(
                        bool by_its_unit) -> Expected<void, std::string> {
     const auto found = find(name, channels);
     if (!found) return Unexpected<std::string>(found.error());
-    if (found->sync) {
+    if (found->quantity == Quantity::kSync) {
       return Unexpected<std::string>("the channel " + found->name +
                                      " is a sync line, and no force or length");
     }
-    if (found->pressure) {
+    if (found->quantity == Quantity::kPressure) {
       return Unexpected<std::string>(
           "the channel " + found->name +
           " is a pressure: it can be a taxel (tip = \"taxels\"), but no " + "force or length");
     }
-    if (by_its_unit) place = found->force ? kForcePlace : 0;
+    const bool force = found->quantity == Quantity::kForce;
+    if (by_its_unit) place = force ? kForcePlace : 0;
     const std::string wanted(kProbeChannels[place].name);
-    if (found->force != (place == kForcePlace)) {
+    if (force != (place == kForcePlace)) {
       return Unexpected<std::string>("the channel " + found->name + " is a " +
-                                     (found->force ? "force" : "length") + " and cannot be the " +
-                                     wanted + ": choose one in " +
-                                     (place == kForcePlace ? "N" : "mm"));
+                                     (force ? "force" : "length") + " and cannot be the " + wanted +
+                                     ": choose one in " + (place == kForcePlace ? "N" : "mm"));
     }
     auto& channel = calibration.channels[place];
     if (channel) return Unexpected<std::string>("the " + wanted + " is chosen twice: keep one");

@@ -47,7 +47,8 @@ std::vector<std::pair<double, double>> analog_ranges(std::string_view text) {
 /// Makes the factors of columns those to one volt. \return what is wrong; empty: nothing
 std::string take_volts(std::vector<CsvColumn>& columns) {
   for (CsvColumn& column : columns) {
-    if (column.kind == CsvColumn::Kind::kSkip || column.sync) continue;  // a sync line stays in V
+    if (column.kind == CsvColumn::Kind::kSkip || column.quantity == Quantity::kSync)
+      continue;  // a sync line stays in V
     if (column.kind != CsvColumn::Kind::kValue) {
       return "a card counts its scans itself: write - for " + column.name +
              ", or leave out its channel";
@@ -57,10 +58,7 @@ std::string take_volts(std::vector<CsvColumn>& columns) {
     if (!unit || unit->quantity != Quantity::kVoltage) {
       const std::string stem = column.name.substr(0, mark);
       return "a card measures volts, not " + column.name + ": write " + stem + "_V, and add " +
-             stem +
-             (column.pressure ? "_kPa_per_V"
-              : column.force  ? "_N_per_V"
-                              : "_mm_per_V");
+             stem + "_" + std::string(unit_of(column.quantity)) + "_per_V";
     }
     column.factor /= unit->factor;
   }

@@ -39,9 +39,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     names.push_back({.name = whole.extra_columns[i],
                      .channel = named_channel(i),
                      .column = 0,
-                     .force = column->force,
-                     .pressure = column->pressure,
-                     .sync = column->sync});
+                     .quantity = column->quantity});
   }
   for (std::size_t i = 0; i < names.size(); ++i) names[i].column = i + 1;
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -171,7 +169,8 @@ ProbeSample RecordedOutputs::array_sample(std::size_t output, const DeviceReadin
   for (std::size_t i = 0; i < array.columns.size(); ++i) {
     const ChannelName& column = array.columns[i];
     const double value = array.gaps[i].take(reading[column.channel]);
-    const double pressure = column.force ? units::mN_from_N(value) / array.area_mm2 : value;
+    const double pressure =
+        column.quantity == Quantity::kForce ? units::mN_from_N(value) / array.area_mm2 : value;
     const bool touched = pressure > 0.0 && pressure <= SampleLimits::kPressure_kPa;
     kPa[i] = touched ? static_cast<double>(static_cast<float>(pressure)) : 0.0;
   }

@@ -19,7 +19,8 @@ Expected<SyncLines, std::string> SyncLines::choose(std::string_view wanted,
                                                    std::span<const ChannelName> channels) {
   SyncLines lines;
   for (const ChannelName& each : channels) {
-    if (wanted.empty() && each.sync) lines.lines_.push_back({.channel = each.channel});
+    if (wanted.empty() && each.quantity == Quantity::kSync)
+      lines.lines_.push_back({.channel = each.channel});
   }
   while (!wanted.empty()) {
     const std::string_view part = take_field(wanted);

@@ -43,7 +43,8 @@ TaxelReadings::TaxelReadings(std::string name, std::vector<ChannelName> channels
       area_mm2_(array.area_mm2),
       tracks_(array.tracks) {
   for (ChannelName& channel : channels) {
-    const double to_kPa = channel.force ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
+    const double to_kPa =
+        channel.quantity == Quantity::kForce ? units::mN_from_N(1.0) / area_mm2_ : 1.0;
     channels_.push_back({.channel = std::move(channel), .to_kPa = to_kPa});
   }
 }
@@ -227,7 +228,8 @@ std::vector<ChannelName> taxel_channels(std::span<const ChannelName> channels,
                                         const std::string& prefix) {
   std::vector<ChannelName> taxels;
   for (const ChannelName& each : channels) {
-    const bool measures = is_named(each.channel) && (each.force || each.pressure);
+    const bool measures = is_named(each.channel) && (each.quantity == Quantity::kForce ||
+                                                     each.quantity == Quantity::kPressure);
     if (measures && each.name.starts_with(prefix)) taxels.push_back(each);
   }
   return taxels;

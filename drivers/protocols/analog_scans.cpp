@@ -65,7 +65,7 @@ class AnalogScans final : public Protocol {
       const std::uint32_t raw = raw_value(i);
       const AnalogConversion& conversion = format_.conversions[i];
       reading.set(column.channel, conversion.volts(raw) * column.factor);
-      if (column.sync) continue;  // it may well be at an end of the range
+      if (column.quantity == Quantity::kSync) continue;  // it may well be at an end of the range
       reading.saturated = reading.saturated || raw == 0 || raw >= conversion.largest;
     }
     ++stream.counts.frames;

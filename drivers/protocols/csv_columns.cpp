@@ -121,8 +121,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
     return CsvColumn{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
-                     .force = false,
-                     .sync = true};
+                     .quantity = Quantity::kSync};
   }
   const auto mark = name.rfind('_');
   std::string_view stem = name.substr(0, mark);
@@ -162,7 +161,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
     CsvColumn column{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = channel,
-                     .force = force};
+                     .quantity = measured->quantity};
     column.set_factor(measured->factor);
     return column;
   }
@@ -170,8 +169,7 @@ Expected<CsvColumn, std::string> csv_column_named(std::string_view name,
     CsvColumn column{.kind = CsvColumn::Kind::kValue,
                      .name = std::string(name),
                      .channel = named_channel(0),
-                     .force = measured->quantity == Quantity::kForce,
-                     .pressure = measured->quantity == Quantity::kPressure};
+                     .quantity = measured->quantity};
     column.set_factor(measured->factor);
     return column;
   }
@@ -224,8 +222,7 @@ bool same_quantity(const CsvColumn& a, const CsvColumn& b) {
   const auto stem = [](const std::string& name) {
     return std::string_view(name).substr(0, name.rfind('_'));
   };
-  return a.force == b.force && a.pressure == b.pressure && a.sync == b.sync &&
-         stem(a.name) == stem(b.name);
+  return a.quantity == b.quantity && stem(a.name) == stem(b.name);
 }
 
 std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns) {
@@ -236,9 +233,7 @@ std::vector<ChannelName> names_of_columns(const std::vector<CsvColumn>& columns)
     names.push_back({.name = column.name,
                      .channel = column.channel,
                      .column = i + 1,
-                     .force = column.force,
-                     .pressure = column.pressure,
-                     .sync = column.sync,
+                     .quantity = column.quantity,
                      .factor = column.factor});
   }
   return names;
@@ -261,8 +256,8 @@ std::vector<std::string> csv_columns_of_header(const std::vector<std::string>& c
     const CsvField heading = parse_csv_heading(cell);
     const std::string quantity = csv_quantity_of(heading.label);
     std::string name = "-";
-    if (exact &&
-        (exact->sync || exact->kind != CsvColumn::Kind::kValue || !is_named(exact->channel))) {
+    if (exact && (exact->quantity == Quantity::kSync || exact->kind != CsvColumn::Kind::kValue ||
+                  !is_named(exact->channel))) {
       name = cell;
     } else if (quantity != "-" && quantity != "seq") {
       name = csv_column_of(heading);
@@ -340,7 +335,8 @@ Expected<std::vector<CsvColumn>, std::string> csv_columns_named(std::string_view
     if (std::string why = repeated_column(columns, *column); !why.empty()) {
       return Unexpected<std::string>(std::move(why));
     }
-    measures = measures || (column->kind == CsvColumn::Kind::kValue && !column->sync);
+    measures = measures ||
+               (column->kind == CsvColumn::Kind::kValue && column->quantity != Quantity::kSync);
     columns.push_back(std::move(*column));
   }
   if (!measures) {

@@ -22,10 +22,8 @@ struct CsvColumn {
   double factor = 1.0;  ///< to N or mm: 10^power · rest
   int power = 0;        ///< shifts the decimal point, which adds no rounding error
   double rest = 1.0;
-  bool force = true;             ///< of a value: in N; else in mm, or
-  bool pressure = false;         ///< in kPa, or
-  bool sync = false;             ///< a sync line: 0 or 1
-  std::int64_t nanoseconds = 0;  ///< per unit of time
+  Quantity quantity = Quantity::kForce;  ///< of a value
+  std::int64_t nanoseconds = 0;          ///< per unit of time
 
   void set_factor(double to_unit) noexcept;
 };

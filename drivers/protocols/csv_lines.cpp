@@ -109,7 +109,8 @@ class CsvLines final : public LineProtocol {
     const std::vector<ChannelName> channels = names_.channels();
     channels_ = 0;
     for (const ChannelName& each : channels) channels_ |= bit_of(each.channel);
-    measures_ = std::ranges::any_of(channels, [](const ChannelName& each) { return !each.sync; });
+    measures_ = std::ranges::any_of(
+        channels, [](const ChannelName& each) { return each.quantity != Quantity::kSync; });
     error_message_ = names_.error_message();
     wrap_.reset();
     for (const CsvColumn& column : names_.columns()) {

@@ -245,6 +245,7 @@ std::string csv_column_of(const CsvField& field) {
         return field.label.empty() ? "taxel_" + unit : csv_own_name_of(field);
       case Quantity::kVoltage:
       case Quantity::kCount:
+      case Quantity::kSync:
         return force || position || quantity == "depth" ? quantity + "_" + unit : "-";
     }
   }

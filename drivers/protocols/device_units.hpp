@@ -7,8 +7,8 @@
 namespace merkel {
 
 /// What a unit measures. An amplifier or a converter delivers volts or counts, which a factor makes
-/// a force, a length or a pressure (unit_factors.hpp).
-enum class Quantity : std::uint8_t { kForce, kLength, kPressure, kVoltage, kCount };
+/// a force, a length or a pressure (unit_factors.hpp). A sync line has no unit: it is 0 or 1.
+enum class Quantity : std::uint8_t { kForce, kLength, kPressure, kVoltage, kCount, kSync };
 
 /// A unit: its factor to N, mm, kPa, V or counts.
 struct Unit {

@@ -52,7 +52,10 @@ class Hbf1Device final : public SimulatedDevice {
       if (!column || column->kind != CsvColumn::Kind::kValue) continue;
       Entry entry{.name = sent_name(names[i].substr(0, names[i].rfind('_')))};
       entry.scale = column->factor;
-      set_kind(entry, column->force, column->pressure);
+      const bool force = column->quantity == Quantity::kForce;
+      const bool pressure = column->quantity == Quantity::kPressure;
+      entry.kind = force ? std::uint8_t{0} : (pressure ? kHbf1Pressure : kHbf1FirstLength);
+      entry.unit = force ? kHbf1Newton : (pressure ? kHbf1Kilopascal : kHbf1Millimetre);
       entries_.push_back(std::move(entry));
       further_.push_back(i);
     }
@@ -170,12 +173,6 @@ class Hbf1Device final : public SimulatedDevice {
     std::uint8_t repeats = 1;
     std::string name = {};  ///< empty: the only one of its kind
   };
-
-  static void set_kind(Entry& entry, bool force, bool pressure) {
-    constexpr std::uint8_t kDepthKind = 4;
-    entry.kind = force ? std::uint8_t{0} : (pressure ? kHbf1Pressure : kDepthKind);
-    entry.unit = force ? kHbf1Newton : (pressure ? kHbf1Kilopascal : kHbf1Millimetre);
-  }
 
   /// Sends the list of channels, in as many frames as it takes.
   void hello(nanoseconds now, Bytes& out) {

@@ -192,8 +192,7 @@ std::optional<Hbf1Hello::Error> Hbf1Hello::name(const Entry& entry, const std::s
     }
     named = {.name = column->name,
              .channel = is_named(column->channel) ? named_channel(own_names_++) : column->channel,
-             .force = column->force,
-             .pressure = column->pressure};
+             .quantity = column->quantity};
   }
   named.column = layout_.size() + 1;
   const bool taken = std::any_of(names_.begin(), names_.end(), [&](const ChannelName& other) {

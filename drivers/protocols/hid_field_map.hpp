@@ -2,10 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <vector>
 
-#include "drivers/protocols/device_reading.hpp"
+#include "drivers/protocols/protocol.hpp"
 
 namespace merkel {
 
@@ -13,13 +12,9 @@ namespace merkel {
 struct HidField {
   enum class Kind : std::uint8_t { kValue, kTime, kSequence };
   Kind kind = Kind::kValue;
-  DeviceChannel channel = DeviceChannel::kForce;
-  std::string name = {};   ///< of a channel with a name of its own, with its unit
-  bool force = true;       ///< of such a channel: in N; else in mm, or
-  bool pressure = false;   ///< in kPa, or
-  bool sync = false;       ///< a sync line: 0 or 1
-  std::size_t offset = 0;  ///< of the lowest bit, after the report ID; little-endian
-  std::size_t bits = 16;   ///< 1 to 32
+  ChannelName channel = {};  ///< of a value
+  std::size_t offset = 0;    ///< of the lowest bit, after the report ID; little-endian
+  std::size_t bits = 16;     ///< 1 to 32
   bool is_signed = false;
   double scale = 1.0;
   double bias = 0.0;

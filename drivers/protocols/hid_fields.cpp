@@ -75,11 +75,12 @@ Expected<HidField, std::string> field_of(std::string_view text, const UnitFactor
                   "x_mm, y_mm, z_mm, names of your own with a unit, such as thumb_N, and time_us, "
                   "time_ms, seq");
   }
-  field.channel = column->channel;
-  if (is_named(field.channel)) field.name = name;
-  field.force = column->force;
-  field.pressure = column->pressure;
-  field.sync = column->sync;
+  if (is_named(column->channel)) {
+    field.channel = {
+        .name = column->name, .channel = column->channel, .quantity = column->quantity};
+  } else {
+    field.channel = names_of_channels(bit_of(column->channel)).front();
+  }
   field.scale *= column->factor;
   return field;
 }
@@ -89,7 +90,7 @@ class HidFields final : public Protocol {
   explicit HidFields(HidFieldMap map)
       : fields_(std::move(map.fields)), report_id_(map.report_id), rate_Hz_(map.rate_Hz) {
     for (const HidField& field : fields_) {
-      if (field.kind == HidField::Kind::kValue) channels_ |= bit_of(field.channel);
+      if (field.kind == HidField::Kind::kValue) channels_ |= bit_of(field.channel.channel);
       if (field.kind == HidField::Kind::kSequence) {
         sequence_ = SequenceCounter(static_cast<unsigned>(field.bits));
       }
@@ -130,7 +131,7 @@ class HidFields final : public Protocol {
       const double value = static_cast<double>(*raw) * field.scale + field.bias;
       switch (field.kind) {
         case HidField::Kind::kValue:
-          reading.set(field.channel, value);
+          reading.set(field.channel.channel, value);
           // The low end of an unsigned range means no contact, not saturation.
           reading.saturated =
               reading.saturated ||
@@ -163,16 +164,9 @@ class HidFields final : public Protocol {
   [[nodiscard]] std::vector<ChannelName> channel_names() const override {
     std::vector<ChannelName> names;
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      const HidField& field = fields_[i];
-      if (field.kind != HidField::Kind::kValue) continue;
-      ChannelName name = {.name = field.name,
-                          .channel = field.channel,
-                          .force = field.force,
-                          .pressure = field.pressure,
-                          .sync = field.sync};
-      if (!is_named(field.channel)) name = names_of_channels(bit_of(field.channel)).front();
-      name.column = i + 1;
-      names.push_back(std::move(name));
+      if (fields_[i].kind != HidField::Kind::kValue) continue;
+      names.push_back(fields_[i].channel);
+      names.back().column = i + 1;
     }
     return names;
   }
@@ -215,10 +209,8 @@ Expected<HidFieldMap, SetupError> read_hid_fields(UriOptions& options) {
     columns.push_back(column);
     measures = measures || field->kind == HidField::Kind::kValue;
     map.fields.push_back(*field);
-    HidField& added = map.fields.back();
-    if (added.kind == HidField::Kind::kValue && is_named(added.channel)) {
-      added.channel = named_channel(own_names++);
-    }
+    DeviceChannel& added = map.fields.back().channel.channel;
+    if (is_named(added)) added = named_channel(own_names++);
   }
   if (!measures) {
     return bad_input(

@@ -91,26 +91,26 @@ std::pair<Dimension, double> meaning_of(std::uint32_t unit) noexcept {
 }
 
 /// The meaning of a field; empty if it is not a quantity of a probe.
-std::optional<HidField> field_of(const Globals& globals, std::uint32_t usage,
-                                 std::size_t offset) noexcept {
+std::optional<HidField> field_of(const Globals& globals, std::uint32_t usage, std::size_t offset) {
   if (globals.bits == 0 || globals.bits > HidFieldMap::kMaxBits || globals.low >= globals.high) {
     return std::nullopt;
   }
   auto [dimension, factor] = meaning_of(globals.unit);
   if (dimension == Dimension::kNone && usage == kSensorForce) dimension = Dimension::kForce;
   HidField field{.offset = offset, .bits = globals.bits, .is_signed = globals.low < 0};
+  DeviceChannel channel = DeviceChannel::kForce;
   switch (dimension) {
     case Dimension::kForce:
-      field.channel = usage == kX   ? DeviceChannel::kForceX
-                      : usage == kY ? DeviceChannel::kForceY
-                      : usage == kZ ? DeviceChannel::kForceZ
-                                    : DeviceChannel::kForce;
+      channel = usage == kX   ? DeviceChannel::kForceX
+                : usage == kY ? DeviceChannel::kForceY
+                : usage == kZ ? DeviceChannel::kForceZ
+                              : DeviceChannel::kForce;
       break;
     case Dimension::kLength:
-      field.channel = usage == kX   ? DeviceChannel::kX
-                      : usage == kY ? DeviceChannel::kY
-                      : usage == kZ ? DeviceChannel::kZ
-                                    : DeviceChannel::kDepth;
+      channel = usage == kX   ? DeviceChannel::kX
+                : usage == kY ? DeviceChannel::kY
+                : usage == kZ ? DeviceChannel::kZ
+                              : DeviceChannel::kDepth;
       break;
     case Dimension::kTime:
       if (field.is_signed) return std::nullopt;
@@ -128,6 +128,7 @@ std::optional<HidField> field_of(const Globals& globals, std::uint32_t usage,
   if (field.kind == HidField::Kind::kTime) return slope > 0.0 ? std::optional(field) : std::nullopt;
   if (slope == 0.0) return std::nullopt;
   field.bias = (low - slope * static_cast<double>(globals.low)) * one;
+  field.channel = names_of_channels(bit_of(channel)).front();
   field.has_range = true;
   field.low = globals.low;
   field.high = globals.high;
@@ -267,8 +268,8 @@ class DescriptorReader {
     if (!field) return;
     auto& fields = fields_[globals_.report];
     const bool known = std::any_of(fields.begin(), fields.end(), [&](const HidField& other) {
-      return other.kind == field->kind &&
-             (field->kind == HidField::Kind::kTime || other.channel == field->channel);
+      return other.kind == field->kind && (field->kind == HidField::Kind::kTime ||
+                                           other.channel.channel == field->channel.channel);
     });
     if (!known) fields.push_back(*field);
   }

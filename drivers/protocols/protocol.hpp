@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "drivers/protocols/device_reading.hpp"
+#include "drivers/protocols/device_units.hpp"
 
 namespace merkel {
 
@@ -98,13 +99,11 @@ struct DeviceStream {
 
 /// A channel of a device, as a scene names it.
 struct ChannelName {
-  std::string name;        ///< with its unit: "force_N", "thumb_N"
-  DeviceChannel channel;   ///< of a DeviceReading
-  std::size_t column = 0;  ///< its place in the device's data, from 1
-  bool force = true;       ///< in N; else a length in mm, or
-  bool pressure = false;   ///< in kPa, or
-  bool sync = false;       ///< a digital line without a unit, 0 or 1
-  double factor = 1.0;     ///< of the unit in its name, to that of a reading
+  std::string name;                               ///< with its unit: "force_N", "thumb_N"
+  DeviceChannel channel = DeviceChannel::kForce;  ///< of a DeviceReading
+  std::size_t column = 0;                         ///< its place in the device's data, from 1
+  Quantity quantity = Quantity::kForce;
+  double factor = 1.0;  ///< of the unit in its name, to that of a reading
 };
 
 /// The names of known quantities. \param channels  bits of DeviceChannel
@@ -117,7 +116,7 @@ struct ChannelName {
     names.push_back({.name = std::string(kDeviceChannelNames[i]) + (force ? "_N" : "_mm"),
                      .channel = channel,
                      .column = names.size() + 1,
-                     .force = force});
+                     .quantity = force ? Quantity::kForce : Quantity::kLength});
   }
   return names;
 }

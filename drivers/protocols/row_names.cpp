@@ -197,7 +197,7 @@ bool RowNames::take(const std::vector<std::string>& cells, const std::vector<std
   static_cast<void>(lay_out(cells, names, layout, columns));
   const bool measures = std::ranges::any_of(layout, [&](std::size_t place) {
     return place != kIgnored && columns[place].kind == CsvColumn::Kind::kValue &&
-           !columns[place].sync;
+           columns[place].quantity != Quantity::kSync;
   });
   if (!measures) return false;
   layout_ = std::move(layout);

@@ -65,8 +65,7 @@ Expected<CsvColumn, SetupError> TraceReader::column_named(const std::string& nam
   if (named->kind != CsvColumn::Kind::kValue) return further;
   if (is_named(named->channel)) {
     if (!electrical) return further;
-    further.name.replace(mark, std::string::npos,
-                         named->force ? "N" : (named->pressure ? "kPa" : "mm"));
+    further.name.replace(mark, std::string::npos, unit_of(named->quantity));
     further.set_factor(named->factor);
     return further;
   }
@@ -207,7 +206,7 @@ void TraceReader::add_extra_column(CsvColumn column) {
 Expected<void, SetupError> TraceReader::choose_taxels() {
   const auto pressure = [](const CsvColumn& column) {
     const auto named = csv_column_named(column.name);
-    return is_further(column) && named && named->pressure;
+    return is_further(column) && named && named->quantity == Quantity::kPressure;
   };
   const auto count = std::count_if(columns_.begin(), columns_.end(), pressure);
   if (static_cast<std::size_t>(count) <= ProbeColumns::kMaxFurther) return {};

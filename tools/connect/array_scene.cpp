@@ -37,7 +37,7 @@ std::size_t taxels_among(const std::vector<std::string>& channels) {
       presses = presses || (column && column->channel <= DeviceChannel::kDepth);
       continue;
     }
-    if (channel.ends_with("_mm") || column->sync) continue;
+    if (channel.ends_with("_mm") || column->quantity == Quantity::kSync) continue;
     ++(channel.ends_with("_kPa") ? pressures : forces);
     if (forces + pressures == 1) name = without_number(channel);
     alike = alike && without_number(channel) == name;
@@ -61,11 +61,9 @@ std::vector<std::string> channels_in(const std::string& columns) {
   const auto named = csv_columns_named(columns, ',');
   if (!named) return channels;
   for (const CsvColumn& column : *named) {
-    if (column.kind != CsvColumn::Kind::kValue || column.sync) continue;
-    channels.push_back(in_unit_of_readings({.name = column.name,
-                                            .channel = column.channel,
-                                            .force = column.force,
-                                            .pressure = column.pressure}));
+    if (column.kind != CsvColumn::Kind::kValue || column.quantity == Quantity::kSync) continue;
+    channels.push_back(in_unit_of_readings(
+        {.name = column.name, .channel = column.channel, .quantity = column.quantity}));
   }
   return channels;
 }

@@ -139,7 +139,7 @@ bool is_measured(std::string_view name) {
   if (name.starts_with("force") || name.starts_with("depth")) return true;
   const auto column = csv_column_named(name);
   return column && column->kind == CsvColumn::Kind::kValue && is_named(column->channel) &&
-         !column->sync;
+         column->quantity != Quantity::kSync;
 }
 
 /// The names of the columns if forces without a unit are in `force_unit`, and the first column
@@ -171,12 +171,15 @@ void name_the_only_press(const std::vector<ColumnInLines>& columns,
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (!is_measured(names[i])) continue;
     const auto column = csv_column_named(names[i]);
-    if (only != names.size() || !is_named(column->channel) || column->pressure) return;
+    if (only != names.size() || !is_named(column->channel) ||
+        column->quantity == Quantity::kPressure)
+      return;
     only = i;
   }
   if (only == names.size() || columns[only].key.empty()) return;
   const auto column = csv_column_named(names[only]);
-  names[only] = (column->force ? "force" : "depth") + names[only].substr(names[only].rfind('_'));
+  names[only] = (column->quantity == Quantity::kForce ? "force" : "depth") +
+                names[only].substr(names[only].rfind('_'));
 }
 
 Reading reading_of(const std::vector<ColumnInLines>& columns, std::vector<std::string> names,
@@ -200,7 +203,7 @@ Reading reading_of(const std::vector<ColumnInLines>& columns, std::vector<std::s
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto column = csv_column_named(names[i]);
     const bool taxel = taxels > 0 && column && column->kind == CsvColumn::Kind::kValue &&
-                       is_named(column->channel) && !column->sync;
+                       is_named(column->channel) && column->quantity != Quantity::kSync;
     if (names[i] == "-" || taxel) continue;
     reading.meaning += (reading.meaning.empty() ? "" : ", ") + names[i] + " = " +
                        shortest_decimal(columns[i].value);

@@ -68,7 +68,9 @@ Unexpected<SetupError> without_unit(const Recognition& found) {
     if (!column) continue;
     name.replace(name.rfind('_') + 1, std::string::npos, "count");
     if (key.empty()) {
-      key = column->pressure ? "pressure_kPa" : (column->force ? "force_N" : "depth_mm");
+      key = column->quantity == Quantity::kPressure ? "pressure_kPa"
+            : column->quantity == Quantity::kForce  ? "force_N"
+                                                    : "depth_mm";
     }
   }
   Reading counts = first;

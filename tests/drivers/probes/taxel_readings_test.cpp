@@ -19,8 +19,7 @@ std::vector<ChannelName> channels(std::size_t count, bool force) {
     all.push_back({.name = "t" + std::to_string(i + 1) + (force ? "_N" : "_kPa"),
                    .channel = named_channel(i),
                    .column = i + 1,
-                   .force = force,
-                   .pressure = !force});
+                   .quantity = force ? Quantity::kForce : Quantity::kPressure});
   }
   return all;
 }

@@ -383,7 +383,7 @@ TEST(HidFields, ChannelsMayHaveNamesOfTheirOwn) {
   EXPECT_EQ(names[0].name, "thumb_N");
   EXPECT_EQ(names[0].column, 2U);
   EXPECT_EQ(names[1].name, "force_N");
-  EXPECT_FALSE(names[2].force);
+  EXPECT_EQ(names[2].quantity, Quantity::kLength);
   DeviceStream stream;
   (*protocol)->take(Bytes{1, 3, 0, 7, 50}, std::chrono::nanoseconds{5}, stream);
   ASSERT_EQ(stream.readings.size(), 1U);
