@@ -5,9 +5,8 @@
 #include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
-#include "drivers/protocols/line_protocol.hpp"
+#include "drivers/protocols/polled_protocol.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
-#include "drivers/protocols/request_timer.hpp"
 #include "drivers/take_part.hpp"
 
 namespace merkel {
@@ -33,27 +32,17 @@ std::optional<Vector> read_vector(std::string_view text) noexcept {
   return vector;
 }
 
-class Grbl final : public LineProtocol {
+class Grbl final : public PolledProtocol {
  public:
   Grbl(double rate_Hz, std::optional<double> mm_per_unit)
-      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
-        timer_(period_, kGrblPatience),
+      : PolledProtocol(rate_Hz, kGrblPatience, "?"),
         asks_unit_(!mm_per_unit),
         mm_per_unit_(mm_per_unit) {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
-    lines_.reset(true);
-    timer_.reset(now);
     offset_.reset();
     // After an empty line and the settings request, one of the next reports has the offset.
-    stream.send(asks_unit_ ? "\n$$\n" : "\n");
-  }
-
-  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    const auto turn = timer_.turn(now);
-    if (turn != RequestTimer::Turn::kWait) stream.send("?");
-    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
-    return timer_.next();
+    begin_requests(now, asks_unit_ ? "\n$$\n" : "\n", stream);
   }
 
   [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
@@ -63,7 +52,6 @@ class Grbl final : public LineProtocol {
                                       "at rest: stop its motion, or add unit=mm or unit=in");
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return kChannels; }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
  private:
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
@@ -108,11 +96,8 @@ class Grbl final : public LineProtocol {
       return;
     }
     ++stream.counts.frames;
-    const auto requested = timer_.answered();
-    if (!requested) {
-      ++stream.counts.duplicates;
-      return;
-    }
+    DeviceReading reading;
+    if (!take_answer(reading, stream)) return;
     if (!mm_per_unit_) {
       // A board that was reset when its port was opened has lost the first request, and a machine
       // that moves refuses it.
@@ -124,9 +109,7 @@ class Grbl final : public LineProtocol {
       work = machine;
       for (std::size_t i = 0; i < 3; ++i) (*work)[i] -= (*offset_)[i];
     }
-    DeviceReading reading;
     reading.arrival = arrival;
-    reading.requested = requested;
     reading.rebooted = std::exchange(rebooted_, false);
     reading.set(DeviceChannel::kX, (*work)[0] * *mm_per_unit_);
     reading.set(DeviceChannel::kY, (*work)[1] * *mm_per_unit_);
@@ -134,8 +117,6 @@ class Grbl final : public LineProtocol {
     stream.accept(reading);
   }
 
-  nanoseconds period_;
-  RequestTimer timer_;
   bool asks_unit_;
   std::optional<double> mm_per_unit_;  ///< empty: not yet stated
   std::optional<Vector> offset_;       ///< WCO: machine − work position
@@ -143,7 +124,7 @@ class Grbl final : public LineProtocol {
   bool rebooted_ = false;
 };
 
-class GrblDevice final : public SimulatedDevice {
+class GrblDevice final : public PolledDevice {
  public:
   void boot(nanoseconds /*now*/, Bytes& out) override {
     lines_.reset(true);
@@ -171,11 +152,6 @@ class GrblDevice final : public SimulatedDevice {
     position_[2] = -sample.depth_mm;
   }
 
-  [[nodiscard]] bool started() const noexcept override { return requested_; }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // its position is available at any time
-  }
-
  private:
   static constexpr Vector kOffset = {-100.0, -50.0, -8.0};
   static constexpr int kReportsPerOffset = 10;
@@ -190,7 +166,6 @@ class GrblDevice final : public SimulatedDevice {
 
   Vector position_{15.0, 10.0, 0.0};
   int reports_ = 0;
-  bool requested_ = false;
   LineSplitter lines_;
 };
 

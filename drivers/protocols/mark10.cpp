@@ -5,10 +5,9 @@
 #include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/protocols/device_units.hpp"
-#include "drivers/protocols/line_protocol.hpp"
 #include "drivers/protocols/number_with_unit.hpp"
+#include "drivers/protocols/polled_protocol.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
-#include "drivers/protocols/request_timer.hpp"
 
 namespace merkel {
 namespace {
@@ -114,15 +113,12 @@ class Mark10 final : public LineProtocol {
   nanoseconds requested_{0};
 };
 
-class EsmStand final : public LineProtocol {
+class EsmStand final : public PolledProtocol {
  public:
-  explicit EsmStand(double rate_Hz)
-      : period_(units::nanoseconds_from_s(1.0 / rate_Hz)), timer_(period_, kMark10Patience) {}
+  explicit EsmStand(double rate_Hz) : PolledProtocol(rate_Hz, kMark10Patience, "n") {}
 
   void begin(nanoseconds now, DeviceStream& stream) override {
-    lines_.reset(true);
-    timer_.reset(now);
-    stream.send("i");  // millimetres
+    begin_requests(now, "i", stream);  // millimetres
   }
 
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
@@ -134,24 +130,13 @@ class EsmStand final : public LineProtocol {
     }
     error_message_.clear();
     ++stream.counts.frames;
-    reading.requested = timer_.answered();
-    if (!reading.requested) {
-      ++stream.counts.duplicates;
-      return;
-    }
+    if (!take_answer(reading, stream)) return;
     if (channels_ == 0U) channels_ = reading.channels;
     if (reading.channels != channels_) {
       ++stream.counts.damaged;
       return;
     }
     stream.accept(reading);
-  }
-
-  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    const auto turn = timer_.turn(now);
-    if (turn != RequestTimer::Turn::kWait) stream.send("n");
-    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
-    return timer_.next();
   }
 
   [[nodiscard]] std::string expected(std::string_view /*answer*/) const override {
@@ -161,11 +146,8 @@ class EsmStand final : public LineProtocol {
   [[nodiscard]] const std::string& error_message() const noexcept override {
     return error_message_;
   }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
  private:
-  nanoseconds period_;
-  RequestTimer timer_;
   std::uint32_t channels_ = 0;
   std::string error_message_;
 };
@@ -208,7 +190,7 @@ class Mark10Device final : public SimulatedDevice {
   LineSplitter lines_;
 };
 
-class EsmDevice final : public SimulatedDevice {
+class EsmDevice final : public PolledDevice {
  public:
   explicit EsmDevice(std::uint32_t channels) : force_((channels & ProbeSample::kForce) != 0U) {}
 
@@ -224,16 +206,11 @@ class EsmDevice final : public SimulatedDevice {
     travel_ = printed("%.3f mm", sample.depth_mm);
     load_ = printed("%.4f N", units::N_from_mN(sample.force_mN));
   }
-  [[nodiscard]] bool started() const noexcept override { return requested_; }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // its position is available at any time
-  }
 
  private:
   bool force_;
   std::string travel_ = "0.000 mm";
   std::string load_ = "0.000 N";
-  bool requested_ = false;
 };
 
 }  // namespace

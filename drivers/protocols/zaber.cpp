@@ -7,9 +7,8 @@
 #include "core/units.hpp"
 #include "drivers/files/csv_text.hpp"
 #include "drivers/parsed_number.hpp"
-#include "drivers/protocols/line_protocol.hpp"
+#include "drivers/protocols/polled_protocol.hpp"
 #include "drivers/protocols/protocol_makers.hpp"
-#include "drivers/protocols/request_timer.hpp"
 #include "drivers/take_part.hpp"
 
 namespace merkel {
@@ -31,21 +30,17 @@ bool take_checksum(std::string_view& message) noexcept {
   return given && static_cast<unsigned>(*given) == (0U - sum) % 256U;
 }
 
-class Zaber final : public LineProtocol {
+class Zaber final : public PolledProtocol {
  public:
   Zaber(double mm_per_step, DeviceChannel channel, int address, int axis, double rate_Hz)
-      : mm_per_step_(mm_per_step),
+      : PolledProtocol(rate_Hz, kZaberPatience,
+                       "/" + std::to_string(address) + " " + std::to_string(axis) + " get pos\n"),
+        mm_per_step_(mm_per_step),
         channel_(channel),
         address_(address),
-        axis_(axis),
-        period_(units::nanoseconds_from_s(1.0 / rate_Hz)),
-        timer_(period_, kZaberPatience) {}
+        axis_(axis) {}
 
-  void begin(nanoseconds now, DeviceStream& stream) override {
-    lines_.reset(true);
-    timer_.reset(now);
-    stream.send("\n");
-  }
+  void begin(nanoseconds now, DeviceStream& stream) override { begin_requests(now, "\n", stream); }
 
   void read_line(std::string_view line, nanoseconds arrival, DeviceStream& stream) override {
     std::string_view message = line;
@@ -59,15 +54,6 @@ class Zaber final : public LineProtocol {
     }
   }
 
-  std::optional<nanoseconds> poll(nanoseconds now, DeviceStream& stream) override {
-    const auto turn = timer_.turn(now);
-    if (turn != RequestTimer::Turn::kWait) {
-      stream.send("/" + std::to_string(address_) + " " + std::to_string(axis_) + " get pos\n");
-    }
-    if (turn == RequestTimer::Turn::kRequestAgain) ++stream.counts.lost;
-    return timer_.next();
-  }
-
   [[nodiscard]] std::string expected(std::string_view answer) const override {
     return printed(
         "a reply of address %d and axis %d (stage_axis), such as \"@%02d %d OK IDLE -- "
@@ -76,7 +62,6 @@ class Zaber final : public LineProtocol {
         answer.empty() || take_checksum(answer) ? "" : ", and this one's checksum is wrong");
   }
   [[nodiscard]] std::uint32_t channels() const noexcept override { return bit_of(channel_); }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override { return period_; }
 
  private:
   bool read_message(std::string_view message, nanoseconds arrival, DeviceStream& stream) {
@@ -104,7 +89,7 @@ class Zaber final : public LineProtocol {
     // A device with one axis may answer as a whole, by axis 0: with one number, as its axis does.
     if (*axis != axis_ && (*axis != 0 || (verdict == "OK" && !parse_number(rest)))) return true;
     if (verdict == "RJ") {
-      timer_.answered();
+      answered();
       ++stream.counts.lost;
       stream.notice("the stage rejected the request for its position: " + std::string(rest));
       return true;
@@ -113,11 +98,7 @@ class Zaber final : public LineProtocol {
     if (!steps) return false;
     DeviceReading reading;
     reading.arrival = arrival;
-    reading.requested = timer_.answered();
-    if (!reading.requested) {
-      ++stream.counts.duplicates;
-      return true;
-    }
+    if (!take_answer(reading, stream)) return true;
     reading.set(channel_, *steps * mm_per_step_);
     stream.accept(reading);
     return true;
@@ -127,12 +108,10 @@ class Zaber final : public LineProtocol {
   DeviceChannel channel_;
   int address_;
   int axis_;
-  nanoseconds period_;
-  RequestTimer timer_;
   std::string warning_ = "--";
 };
 
-class ZaberDevice final : public SimulatedDevice {
+class ZaberDevice final : public PolledDevice {
  public:
   void boot(nanoseconds /*now*/, Bytes& /*out*/) override { lines_.reset(true); }
 
@@ -151,15 +130,10 @@ class ZaberDevice final : public SimulatedDevice {
                Bytes& /*out*/) override {
     steps_ = std::lround(sample.depth_mm * kSimulatedSteps_per_mm);
   }
-  [[nodiscard]] bool started() const noexcept override { return requested_; }
-  [[nodiscard]] std::optional<nanoseconds> period() const noexcept override {
-    return milliseconds{1};  // its position is available at any time
-  }
   [[nodiscard]] std::string uri_options() const override { return "um_per_step=0.9765625"; }
 
  private:
   long steps_ = 0;
-  bool requested_ = false;
   LineSplitter lines_;
 };
 
