@@ -10,7 +10,6 @@
 #include "drivers/parsed_number.hpp"
 #include "drivers/probes/device_probe.hpp"
 #include "drivers/probes/open_device.hpp"
-#include "drivers/protocols/analog_scans.hpp"
 #include "drivers/transports/comedi_port.hpp"
 
 namespace merkel {
@@ -112,21 +111,13 @@ Expected<std::unique_ptr<Probe>, SetupError> open_comedi_device(const Uri& uri,
   }
   auto card = open_comedi_card(card_settings);
   if (!card) return Unexpected<SetupError>(card.error());
-  AnalogFormat format{.columns = std::move(columns),
-                      .conversions = {},
-                      .sample_bytes = card->sample_bytes,
-                      .period = card->period};
-  for (const ComediCard::Channel& channel : card->channels) {
-    format.conversions.push_back({.coefficients = channel.coefficients,
-                                  .origin = channel.origin,
-                                  .largest = channel.largest});
-  }
+  card->format.columns = std::move(columns);
   if (settings.times == ReadingTimes::Rule::kMapped) {
     settings.times = ReadingTimes::Rule::kBuffered;
   }
   settings.protocol = "comedi";
   settings.hint = "that no other program uses the card";
-  return DeviceProbe::open(std::move(card->port), make_analog_scans(std::move(format)),
+  return DeviceProbe::open(std::move(card->port), make_analog_scans(std::move(card->format)),
                            std::move(settings));
 }
 

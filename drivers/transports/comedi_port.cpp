@@ -54,11 +54,7 @@ class ComediPort final : public Transport {
     if (card_) static_cast<void>(comedi_cancel(card_.get(), subdevice_));
   }
 
-  [[nodiscard]] const std::vector<ComediCard::Channel>& channels() const noexcept {
-    return channels_;
-  }
-  [[nodiscard]] std::size_t sample_bytes() const noexcept { return sample_bytes_; }
-  [[nodiscard]] nanoseconds period() const noexcept { return period_; }
+  [[nodiscard]] const AnalogFormat& format() const noexcept { return format_; }
 
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
                                                          nanoseconds patience) override {
@@ -127,7 +123,7 @@ class ComediPort final : public Transport {
                        ") has no analog inputs that it scans by its own clock");
     }
     subdevice_ = as_subdevice(found);
-    sample_bytes_ = (flags & SDF_LSAMPL) != 0 ? sizeof(lsampl_t) : sizeof(sampl_t);
+    format_.sample_bytes = (flags & SDF_LSAMPL) != 0 ? sizeof(lsampl_t) : sizeof(sampl_t);
     if (auto chosen = choose_channels(flags); !chosen) return chosen;
     if (auto timed = set_rate(); !timed) return timed;
     enlarge_buffer();
@@ -139,8 +135,8 @@ class ComediPort final : public Transport {
                          ") does not start its scans: " + comedi_reason());
     }
     restarts_in_a_row_ = 0;
-    info_.note = board() + ", " + std::to_string(channels_.size()) + " channels at " +
-                 comedi_number(1e9 / static_cast<double>(period_.count())) + " scans/s, " +
+    info_.note = board() + ", " + std::to_string(format_.conversions.size()) + " channels at " +
+                 comedi_number(1e9 / static_cast<double>(format_.period.count())) + " scans/s, " +
                  range_note_;
     return {};
   }
@@ -206,7 +202,7 @@ class ComediPort final : public Transport {
     const auto against = reference(flags);
     if (!against) return Unexpected<SetupError>(against.error());
     const int count = comedi_get_n_channels(card_.get(), subdevice_);
-    channels_.clear();
+    format_.conversions.clear();
     list_.clear();
     range_note_.clear();
     for (std::size_t i = 0; i < settings_.channels.size(); ++i) {
@@ -221,7 +217,7 @@ class ComediPort final : public Transport {
       list_.push_back(CR_PACK(channel, *range, *against));
       auto converted = conversion(channel, *range, flags);
       if (!converted) return Unexpected<SetupError>(converted.error());
-      channels_.push_back(*converted);
+      format_.conversions.push_back(*converted);
       const std::string text =
           range_text(*comedi_get_range(card_.get(), subdevice_, channel, *range)) + " V";
       if (range_note_.find(text) == std::string::npos) {
@@ -232,9 +228,8 @@ class ComediPort final : public Transport {
   }
 
   /// The card's conversion to V: by its calibration, from a file where the card has none itself.
-  [[nodiscard]] Expected<ComediCard::Channel, SetupError> conversion(unsigned channel,
-                                                                     unsigned range,
-                                                                     int flags) const {
+  [[nodiscard]] Expected<AnalogConversion, SetupError> conversion(unsigned channel, unsigned range,
+                                                                  int flags) const {
     comedi_polynomial_t polynomial{};
     int made = -1;
     if ((flags & SDF_SOFT_CALIBRATED) != 0) {
@@ -260,8 +255,8 @@ class ComediPort final : public Transport {
                          ") gives no conversion to V of channel " + std::to_string(channel) + ": " +
                          comedi_reason());
     }
-    ComediCard::Channel converted{.origin = polynomial.expansion_origin,
-                                  .largest = comedi_get_maxdata(card_.get(), subdevice_, channel)};
+    AnalogConversion converted{.origin = polynomial.expansion_origin,
+                               .largest = comedi_get_maxdata(card_.get(), subdevice_, channel)};
     std::copy_n(std::begin(polynomial.coefficients), polynomial.order + 1,
                 converted.coefficients.begin());
     return converted;
@@ -292,10 +287,10 @@ class ComediPort final : public Transport {
                     "; comedi_board_info -v " + settings_.node + " shows what it can do");
     }
     const bool timed = command_.scan_begin_src == TRIG_TIMER;
-    period_ = nanoseconds{timed ? std::int64_t{command_.scan_begin_arg}
-                                : std::int64_t{command_.convert_arg} * count};
-    if (period_.count() <= 0) return refuse(": it reports no period of its scans");
-    const double rate_Hz = 1e9 / static_cast<double>(period_.count());
+    format_.period = nanoseconds{timed ? std::int64_t{command_.scan_begin_arg}
+                                       : std::int64_t{command_.convert_arg} * count};
+    if (format_.period.count() <= 0) return refuse(": it reports no period of its scans");
+    const double rate_Hz = 1e9 / static_cast<double>(format_.period.count());
     if (std::fabs(rate_Hz / settings_.rate_Hz - 1.0) > kRateTolerance) {
       return refuse(": the nearest is rate_hz=" + comedi_number(rate_Hz));
     }
@@ -306,7 +301,7 @@ class ComediPort final : public Transport {
   void enlarge_buffer() const {
     const int most = comedi_get_max_buffer_size(card_.get(), subdevice_);
     const double wanted =
-        kBuffered_s * settings_.rate_Hz * static_cast<double>(list_.size() * sample_bytes_);
+        kBuffered_s * settings_.rate_Hz * static_cast<double>(list_.size() * format_.sample_bytes);
     const int size = static_cast<int>(std::min(wanted, static_cast<double>(std::max(most, 0))));
     if (size > comedi_get_buffer_size(card_.get(), subdevice_)) {
       static_cast<void>(
@@ -319,10 +314,8 @@ class ComediPort final : public Transport {
   unsigned subdevice_ = 0;
   std::vector<unsigned> list_;  ///< channel, range and reference of each; the command refers to it
   std::string range_note_;
-  std::vector<ComediCard::Channel> channels_;
-  std::size_t sample_bytes_ = sizeof(sampl_t);
+  AnalogFormat format_;  ///< without columns
   comedi_cmd command_{};
-  nanoseconds period_{0};
   int restarts_in_a_row_ = 0;
 };
 
@@ -331,12 +324,8 @@ class ComediPort final : public Transport {
 Expected<ComediCard, SetupError> open_comedi_card(const ComediSettings& settings) {
   auto port = std::make_unique<ComediPort>(settings);
   if (auto done = port->reopen(); !done) return Unexpected<SetupError>(done.error());
-  ComediCard card{.port = nullptr,
-                  .channels = port->channels(),
-                  .sample_bytes = port->sample_bytes(),
-                  .period = port->period()};
-  card.port = std::move(port);
-  return card;
+  AnalogFormat format = port->format();
+  return ComediCard{.port = std::move(port), .format = std::move(format)};
 }
 
 }  // namespace merkel

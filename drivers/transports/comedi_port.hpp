@@ -1,15 +1,12 @@
 #pragma once
 
-#include <array>
-#include <chrono>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/expected.hpp"
+#include "drivers/protocols/analog_scans.hpp"
 #include "drivers/transports/transport.hpp"
 
 namespace merkel {
@@ -24,19 +21,10 @@ struct ComediSettings {
   std::string reference = "ground";  ///< or common, differential, other
 };
 
-/// A card that scans its channels at intervals of its own clock, as a port that sends scans: one
-/// raw value of each channel after the other.
+/// A card that scans its channels at intervals of its own clock, as a port that sends scans.
 struct ComediCard {
-  /// The card's own conversion to V: a polynomial of raw − origin.
-  struct Channel {
-    std::array<double, 4> coefficients{};
-    double origin = 0.0;
-    std::uint32_t largest = 0;
-  };
   std::unique_ptr<Transport> port;
-  std::vector<Channel> channels;
-  std::size_t sample_bytes = 2;  ///< or 4, in the host's order
-  std::chrono::nanoseconds period{0};
+  AnalogFormat format;  ///< with the card's own conversions; without columns
 };
 
 /// Opens a card and starts its scans. If the card's buffer overflows, its scans end: they are

@@ -44,10 +44,8 @@ class ComediProbe : public testing::Test {
   std::unique_ptr<Probe> in_virtual_time(const ComediSettings& settings) {
     auto opened = open_comedi_card(settings);
     EXPECT_TRUE(opened) << opened.error().sentence;
-    AnalogFormat format{.columns = {},
-                        .conversions = {},
-                        .sample_bytes = opened->sample_bytes,
-                        .period = opened->period};
+    AnalogFormat& format = opened->format;
+    format.conversions.clear();
     std::string names;
     for (std::size_t i = 0; i < settings.channels.size(); ++i) {
       names += i == 0 ? "force_mN" : ",c" + std::to_string(i) + "_um";
@@ -100,15 +98,14 @@ TEST_F(ComediProbe, VoltsAreThoseOfTheLibrarysOwnConverters) {
                                         .ranges_V = {{-4.0, 4.0}, {-10.0, 10.0}, {0.0, 6.0}},
                                         .reference = "differential"});
   ASSERT_TRUE(opened) << opened.error().sentence;
-  EXPECT_EQ(opened->period, nanoseconds{62'500});
+  EXPECT_EQ(opened->format.period, nanoseconds{62'500});
   // The narrowest range that includes the wanted one.
   const std::vector<unsigned> ranges = {1, 0, 2};
   const std::vector<unsigned> channels = {2, 0, 1};
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(card.list[i], static_cast<unsigned>(CR_PACK(channels[i], ranges[i], AREF_DIFF)));
     comedi_range range{card.ranges[ranges[i]].low, card.ranges[ranges[i]].high, UNIT_volt};
-    const auto& channel = opened->channels[i];
-    const AnalogConversion conversion{channel.coefficients, channel.origin, channel.largest};
+    const AnalogConversion& conversion = opened->format.conversions[i];
     for (const lsampl_t raw : {1U, 100U, 32767U, 32768U, 65534U}) {
       EXPECT_NEAR(conversion.volts(raw), comedi_to_phys(raw, &range, card.largest), 1e-12);
     }
@@ -129,8 +126,7 @@ TEST_F(ComediProbe, ACardCalibratedByAFileIsReadByItsPolynomial) {
   })");
   const auto opened = open_comedi_card({.node = "/dev/comedi0", .channels = {0}});
   ASSERT_TRUE(opened) << opened.error().sentence;
-  const auto& channel = opened->channels[0];
-  const AnalogConversion conversion{channel.coefficients, channel.origin, channel.largest};
+  const AnalogConversion& conversion = opened->format.conversions[0];
   comedi_polynomial_t polynomial{
       .coefficients = {0.01, 3e-4, 2e-10, -1e-15}, .expansion_origin = 32768, .order = 3};
   for (const lsampl_t raw : {0U, 1000U, 32768U, 65535U}) {
@@ -362,12 +358,13 @@ TEST_F(ComediProbe, LongSamplesAndTheEndsOfARangeAreRead) {
   card.largest = (1U << 24U) - 1;
   const auto opened = open_comedi_card({.node = "/dev/comedi0", .channels = {0}});
   ASSERT_TRUE(opened);
-  EXPECT_EQ(opened->sample_bytes, 4U);
-  const auto protocol = make_analog_scans(
-      {.columns = {*csv_column_named("force_mN")},
-       .conversions = {{.coefficients = {-1e-3, 1e-3}, .largest = opened->channels[0].largest}},
-       .sample_bytes = 4,
-       .period = opened->period});
+  EXPECT_EQ(opened->format.sample_bytes, 4U);
+  const auto protocol =
+      make_analog_scans({.columns = {*csv_column_named("force_mN")},
+                         .conversions = {{.coefficients = {-1e-3, 1e-3},
+                                          .largest = opened->format.conversions[0].largest}},
+                         .sample_bytes = 4,
+                         .period = opened->format.period});
   DeviceStream stream;
   protocol->begin({}, stream);
   const Bytes bytes = {0, 0, 0, 0, 0x39, 0x30, 0, 0, 0xFF, 0xFF, 0xFF, 0};
@@ -378,7 +375,7 @@ TEST_F(ComediProbe, LongSamplesAndTheEndsOfARangeAreRead) {
   EXPECT_FALSE(stream.readings[1].saturated);
   EXPECT_NEAR(stream.readings[1][DeviceChannel::kForce], 12.344e-3, 1e-12);
   EXPECT_TRUE(stream.readings[2].saturated);
-  EXPECT_EQ(stream.readings[2].device_time, 2 * opened->period);
+  EXPECT_EQ(stream.readings[2].device_time, 2 * opened->format.period);
   EXPECT_EQ(stream.counts.bytes, 12U);
   EXPECT_FALSE(stream.readings[0].rebooted);
   // A card that starts anew counts from 0, also after a single scan.
