@@ -15,7 +15,7 @@ OpenedSink open_stim_csv_sink(const Uri& uri, const SinkSetup& setup) {
     }
     return std::size_t{0};
   };
-  return TextSink::open(uri, setup,
+  return open_text_sink(uri, setup,
                         {.head = StimulationText::csv_header() + "\n",
                          .kinds = kKinds<SentCommand>,
                          .at_once = true,

@@ -12,35 +12,40 @@
 #include "drivers/protocols/trace_file.hpp"
 #include "drivers/sample_channels.hpp"
 #include "drivers/sessions/session_samples.hpp"
-#include "drivers/sinks/file_sink.hpp"
-#include "drivers/sinks/sink_openers.hpp"
-#include "drivers/sinks/time_base.hpp"
+#include "drivers/sinks/text_sink.hpp"
 
 namespace merkel {
 namespace {
 
-/// Writes the samples of the run's probe as a trace, which TraceReader reads back bit-identical. A
-/// replay of the trace produces the same spikes.
-class TraceSink final : public FileSink {
+/// The samples of the run's probe as a trace, which TraceReader reads back bit-identical. A replay
+/// of the trace produces the same spikes.
+class TraceRows {
  public:
-  /// \param head  comment lines of the file
-  TraceSink(std::string uri, OutputFile file, TimeBase time, std::string head,
-            const ProbeInfo& probe, std::size_t taxels)
-      : FileSink(std::move(uri), std::move(file)),
-        time_(time),
-        head_(std::move(head)),
-        channels_(probe.channels),
+  TraceRows(const ProbeInfo& probe, std::size_t taxels)
+      : channels_(probe.channels),
         run_(probe.run),
         further_(probe.extra_columns),
         pressures_kPa_(taxels) {}
 
-  [[nodiscard]] std::uint32_t subscriptions() const noexcept override {
-    return kKinds<SpikeEvent, DeliveredSample, TaxelBlock>;
+  void append_head(std::string& head, const TimeBase& time) const {
+    if (!time.plain()) {
+      for (const auto& [name, value] : time.facts()) head += "# " + name + "=" + value + "\n";
+    } else if (run_) {
+      head += "# time_offset_ns=0\n# start_device_ns=" + std::to_string(run_->start.count()) + "\n";
+    }
+    head += "time_s";
+    for (const SampleChannel& channel : kProbeChannels) {
+      if (channel.in(channels_)) head.append(",").append(channel.column);
+    }
+    // A session may hold any text.
+    for (const std::string& name : further_) head += "," + printable_column(name);
+    for (std::size_t i = 1; i <= pressures_kPa_.size(); ++i) {
+      head += ",taxel" + std::to_string(i) + "_kPa";
+    }
+    head += "\n";
   }
 
-  [[nodiscard]] Expected<void, SinkError> write(const RecordBatch& batch) override {
-    if (auto started = begin({}); !started) return started;
-    std::string rows;
+  std::size_t append(std::string& rows, const RecordBatch& batch, const TimeBase& time) {
     auto block = batch.taxels.begin();
     for (const DeliveredSample& item : batch.samples) {
       ++written_;
@@ -49,36 +54,14 @@ class TraceSink final : public FileSink {
         std::copy_n(block->pressure_kPa.begin(), block->count,
                     pressures_kPa_.begin() + block->first);
       }
-      append_row(rows, item);
+      append_row(rows, item, time);
     }
     // The trace determines the spikes, so none is written and none is lost.
-    return settle(file().write(rows), batch.spikes.size());
+    return batch.spikes.size();
   }
 
  private:
-  Expected<void, SinkError> start(const RunOrigin& origin) override {
-    time_.set(origin);
-    if (!time_.plain()) {
-      for (const auto& [name, value] : time_.facts()) head_ += "# " + name + "=" + value + "\n";
-    } else if (run_) {
-      head_ +=
-          "# time_offset_ns=0\n# start_device_ns=" + std::to_string(run_->start.count()) + "\n";
-    }
-    head_ += "time_s";
-    for (const SampleChannel& channel : kProbeChannels) {
-      if (channel.in(channels_)) head_.append(",").append(channel.column);
-    }
-    // A session may hold any text.
-    for (const std::string& name : further_) head_ += "," + printable_column(name);
-    for (std::size_t i = 1; i <= pressures_kPa_.size(); ++i) {
-      head_ += ",taxel" + std::to_string(i) + "_kPa";
-    }
-    const bool written = file().write(head_ + "\n");
-    file().end_header();
-    return settle(written);
-  }
-
-  void append_row(std::string& rows, const DeliveredSample& item) {
+  void append_row(std::string& rows, const DeliveredSample& item, const TimeBase& time) {
     if (item.sample.valid_for != valid_for_) {
       valid_for_ = item.sample.valid_for;
       rows += kValidityComment;
@@ -87,7 +70,7 @@ class TraceSink final : public FileSink {
     }
     const bool zeroed = item.sample.zero_mN != 0.0 || item.sample.touch == Touch::kZeroed;
     if (zeroed && !std::exchange(zeroed_, true)) rows.append(kZeroComment).append("\n");
-    append_seconds(rows, time_(item.sample.time));
+    append_seconds(rows, time(item.sample.time));
     for (const SampleChannel& channel : kProbeChannels) {
       if (!channel.in(channels_)) continue;
       rows += "," + shifted_decimal(item.sample.*channel.member, channel.power);
@@ -101,8 +84,6 @@ class TraceSink final : public FileSink {
     rows += '\n';
   }
 
-  TimeBase time_;
-  std::string head_;
   std::uint32_t channels_;
   std::optional<RecordedRun> run_;    ///< in which the samples were recorded, if known
   std::vector<std::string> further_;  ///< names of columns
@@ -115,9 +96,6 @@ class TraceSink final : public FileSink {
 }  // namespace
 
 OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
-  UriOptions options(uri);
-  const TimeBase time = TimeBase::read(options, setup);
-  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
   if (setup.run.probes.size() > 1) {
     return bad_input("\"" + uri.text +
                      "\": a trace holds one probe, but this scene has several: record a session "
@@ -138,13 +116,18 @@ OpenedSink open_trace_sink(const Uri& uri, const SinkSetup& setup) {
   for (const auto& [name, value] : setup.run.facts) {
     if (name == "command") head += "# " + value + "\n";
   }
-  auto file = OutputFile::create(uri.path, setup.overwrite, setup.notice);
-  if (!file) return Unexpected<SetupError>(file.error());
-  return std::make_unique<TraceSink>(uri.text, std::move(*file), time, std::move(head),
-                                     setup.run.probes.empty()
-                                         ? ProbeInfo{.channels = ProbeSample::kDepth}
-                                         : setup.run.probes.front(),
-                                     taxels);
+  const auto trace = std::make_shared<TraceRows>(setup.run.probes.empty()
+                                                     ? ProbeInfo{.channels = ProbeSample::kDepth}
+                                                     : setup.run.probes.front(),
+                                                 taxels);
+  return open_text_sink(
+      uri, setup,
+      {.head = std::move(head),
+       .kinds = kKinds<SpikeEvent, DeliveredSample, TaxelBlock>,
+       .append = [trace](std::string& rows, const RecordBatch& batch,
+                         const TimeBase& time) { return trace->append(rows, batch, time); },
+       .append_head = [trace](std::string& text,
+                              const TimeBase& time) { trace->append_head(text, time); }});
 }
 
 }  // namespace merkel
