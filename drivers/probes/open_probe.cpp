@@ -9,11 +9,10 @@
 #include "drivers/files/example_file.hpp"
 #include "drivers/lsl_library.hpp"
 #include "drivers/probes/fused_probe.hpp"
-#include "drivers/probes/live_probe.hpp"
 #include "drivers/probes/measured_probe.hpp"
 #include "drivers/probes/open_device.hpp"
+#include "drivers/probes/played_probe.hpp"
 #include "drivers/probes/recorded_outputs.hpp"
-#include "drivers/probes/repeated_probe.hpp"
 #include "drivers/probes/replay_probe.hpp"
 #include "drivers/probes/sim_probe.hpp"
 #include "drivers/protocols/device_units.hpp"
@@ -24,31 +23,6 @@
 
 namespace merkel {
 namespace {
-
-/// The recording itself, as often as the option repeat says, or, with live=1, a probe that plays it
-/// like a device.
-Expected<std::unique_ptr<Probe>, SetupError> played(
-    const Uri& uri, Expected<std::unique_ptr<Probe>, SetupError> (*open)(const Uri&)) {
-  Uri recording = uri;
-  Uri pace = uri;
-  pace.options.clear();
-  for (const char* key : {"live", "repeat"}) {
-    if (auto option = recording.options.extract(key)) pace.options.insert(std::move(option));
-  }
-  UriOptions options(pace);
-  const bool live = options.whole("live", 0, 0, 1) == 1;
-  const std::int64_t rounds = options.whole("repeat", 1, 0, 1'000'000'000);
-  if (auto done = options.finish(); !done) return Unexpected<SetupError>(done.error());
-  auto probe = open(recording);
-  if (!probe) return probe;
-  if (rounds != 1) {
-    probe = std::make_unique<RepeatedProbe>(
-        std::move(*probe), [recording, open] { return open(recording); },
-        static_cast<std::uint64_t>(rounds));
-  }
-  if (!live) return probe;
-  return std::make_unique<LiveProbe>(std::move(*probe));
-}
 
 /// The calibration files of its probes; empty: none.
 std::vector<std::string> calibrations_of(const Uri& uri, const DeviceUri& device) {
@@ -93,7 +67,7 @@ Expected<std::unique_ptr<Probe>, SetupError> recorded(
         "\": a simulation or a recording in N and mm has no calibration: remove it; the calibration "
         "of a trace in volts or counts has a key such as force_N_per_V");
   }
-  auto probe = played(recording, open);
+  auto probe = play(recording, open);
   if (!probe) return probe;
   return RecordedOutputs::split(std::move(*probe), device.parts, std::move(files));
 }

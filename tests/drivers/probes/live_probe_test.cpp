@@ -1,4 +1,4 @@
-#include "drivers/probes/live_probe.hpp"
+#include "drivers/probes/played_probe.hpp"
 
 #include <chrono>
 #include <vector>
