@@ -1,11 +1,19 @@
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <deque>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/units.hpp"
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wconversion"
+#include "drivers/firmware/merkel_probe/hbf1.h"
+#pragma GCC diagnostic pop
 #include "drivers/firmware/merkel_probe/pulses.h"
 #include "drivers/protocols/csv_columns.hpp"
 #include "drivers/protocols/hbf1_channels.hpp"
@@ -24,8 +32,7 @@ void append_f32(double value, Bytes& bytes) {
 
 /// A name that a HELLO may give.
 std::string sent_name(std::string_view name) {
-  constexpr std::size_t kMaxName = 64;
-  std::string valid(name.substr(0, kMaxName));
+  std::string valid(name.substr(0, hbf1::kMaxName));
   for (char& c : valid) c = is_in_hbf1_name(c) ? c : '_';
   return valid;
 }
@@ -33,16 +40,13 @@ std::string sent_name(std::string_view name) {
 class Hbf1Device final : public SimulatedDevice {
  public:
   explicit Hbf1Device(std::uint32_t channels) {
-    const auto add = [&](std::uint32_t bit, DeviceChannel channel, std::uint8_t unit) {
-      if ((channels & bit) == 0U) return;
-      const auto kind =
-          std::find(kHbf1Kinds.begin(), kHbf1Kinds.end(), channel) - kHbf1Kinds.begin();
-      entries_.push_back({.kind = static_cast<std::uint8_t>(kind), .unit = unit});
+    const auto add = [&](std::uint32_t bit, hbf1::Kind kind, hbf1::Unit unit) {
+      if ((channels & bit) != 0U) add_channel("", kind, unit);
     };
-    add(ProbeSample::kForce, DeviceChannel::kForce, kHbf1Newton);
-    add(ProbeSample::kDepth, DeviceChannel::kDepth, kHbf1Millimetre);
-    add(ProbeSample::kX, DeviceChannel::kX, kHbf1Millimetre);
-    add(ProbeSample::kY, DeviceChannel::kY, kHbf1Millimetre);
+    add(ProbeSample::kForce, hbf1::FORCE, hbf1::NEWTON);
+    add(ProbeSample::kDepth, hbf1::DEPTH, hbf1::MILLIMETRE);
+    add(ProbeSample::kX, hbf1::X, hbf1::MILLIMETRE);
+    add(ProbeSample::kY, hbf1::Y, hbf1::MILLIMETRE);
   }
 
   /// Columns that measure something become channels with their names.
@@ -50,13 +54,11 @@ class Hbf1Device final : public SimulatedDevice {
     for (std::size_t i = 0; i < names.size(); ++i) {
       const auto column = csv_column_named(names[i]);
       if (!column || column->kind != CsvColumn::Kind::kValue) continue;
-      Entry entry{.name = sent_name(names[i].substr(0, names[i].rfind('_')))};
-      entry.scale = column->factor;
       const bool force = column->quantity == Quantity::kForce;
       const bool pressure = column->quantity == Quantity::kPressure;
-      entry.kind = force ? std::uint8_t{0} : (pressure ? kHbf1Pressure : kHbf1FirstLength);
-      entry.unit = force ? kHbf1Newton : (pressure ? kHbf1Kilopascal : kHbf1Millimetre);
-      entries_.push_back(std::move(entry));
+      add_channel(names[i], force ? hbf1::FORCE : (pressure ? hbf1::PRESSURE : hbf1::DEPTH),
+                  force ? hbf1::NEWTON : (pressure ? hbf1::KILOPASCAL : hbf1::MILLIMETRE),
+                  static_cast<float>(column->factor));
       further_.push_back(i);
     }
     return names.empty() || !further_.empty();
@@ -66,24 +68,18 @@ class Hbf1Device final : public SimulatedDevice {
                                 double largest_kPa) override {
     if (names.empty()) return true;
     constexpr double kRange = 32'000.0;  // of 16 bits
-    const double scale = std::max(largest_kPa, 1.0) / kRange;
-    Entry entry{.kind = kHbf1Pressure,
-                .format = Hbf1Format::kInt16,
-                .unit = kHbf1Kilopascal,
-                .scale = static_cast<double>(static_cast<float>(scale))};
-    const std::size_t others = 4 * entries_.size();
+    const auto scale = static_cast<float>(std::max(largest_kPa, 1.0) / kRange);
+    const std::size_t others = 4 * channels_.size();
     if (others + 2 * names.size() > kHbf1LongestBody - kHbf1StatusBytes) return false;
     if (csv_names_of("taxel_kPa*" + std::to_string(names.size())) == names) {
-      entry.name = "taxel";
-      entry.repeats = static_cast<std::uint8_t>(names.size());
-      entries_.push_back(entry);
+      add_channel("taxel_kPa", hbf1::PRESSURE, hbf1::KILOPASCAL, scale, hbf1::INT16,
+                  static_cast<std::uint8_t>(names.size()));
     } else {
       for (const std::string& name : names) {
-        entry.name = sent_name(name.substr(0, name.rfind('_')));
-        entries_.push_back(entry);
+        add_channel(name, hbf1::PRESSURE, hbf1::KILOPASCAL, scale, hbf1::INT16);
       }
     }
-    taxel_scale_ = entry.scale;
+    taxel_scale_ = static_cast<double>(scale);
     taxels_ = names.size();
     return true;
   }
@@ -165,58 +161,28 @@ class Hbf1Device final : public SimulatedDevice {
     append_hbf1_frame({.type = type, .sequence = sequence_++, .time_us = clock_us(now)}, body, out);
   }
 
-  struct Entry {
-    std::uint8_t kind = 0;
-    Hbf1Format format = Hbf1Format::kFloat;
-    std::uint8_t unit = 0;
-    double scale = 1.0;
-    std::uint8_t repeats = 1;
-    std::string name = {};  ///< empty: the only one of its kind
-  };
+  /// \param name  with its unit; empty: the only one of its kind
+  void add_channel(std::string_view name, hbf1::Kind kind, hbf1::Unit unit, float scale = 1.0F,
+                   hbf1::Format format = hbf1::FLOAT32, std::uint8_t repeats = 1) {
+    names_.push_back(sent_name(name.substr(0, name.rfind('_'))));
+    channels_.push_back({kind, format, unit, scale, 0.0F, repeats, names_.back().c_str()});
+  }
 
   /// Sends the list of channels, in as many frames as it takes.
   void hello(nanoseconds now, Bytes& out) {
-    const bool named = std::any_of(entries_.begin(), entries_.end(),
-                                   [](const Entry& entry) { return !entry.name.empty(); });
-    std::size_t count = 0;
-    for (const Entry& entry : entries_) count += entry.repeats;
-    Bytes head = {std::uint8_t{1}, static_cast<std::uint8_t>(count)};
-    append_u16(static_cast<std::uint16_t>(std::clamp(rate_Hz_, 0L, 65535L)), head);
-    for (const std::string_view name : {"SIM1", "simulated"}) {
-      head.push_back(static_cast<std::uint8_t>(name.size()));
-      head.insert(head.end(), name.begin(), name.end());
+    const auto rate_Hz = static_cast<std::uint16_t>(std::clamp(rate_Hz_, 0L, 65535L));
+    hbf1::Hello list("SIM1", "simulated", rate_Hz, channels_.data(), channels_.size());
+    std::array<std::uint8_t, hbf1::kMaxBody> body{};
+    while (const std::size_t length = list.next(body.data())) {
+      send(Hbf1Type::kHello, now, std::span(body).first(length), out);
     }
-    std::uint8_t first = 0;
-    if (named) {
-      head[0] = 2;
-      head.push_back(first);
-    }
-    Bytes body = head;
-    for (const Entry& entry : entries_) {
-      Bytes bytes = {entry.kind, static_cast<std::uint8_t>(entry.format), entry.unit};
-      append_f32(entry.scale, bytes);
-      append_f32(0.0, bytes);
-      if (named) {
-        bytes.push_back(entry.repeats);
-        bytes.push_back(static_cast<std::uint8_t>(entry.name.size()));
-        bytes.insert(bytes.end(), entry.name.begin(), entry.name.end());
-      }
-      if (body.size() + bytes.size() > kHbf1LongestBody) {
-        send(Hbf1Type::kHello, now, body, out);
-        head.back() = first;
-        body = head;
-      }
-      body.insert(body.end(), bytes.begin(), bytes.end());
-      first = static_cast<std::uint8_t>(first + entry.repeats);
-    }
-    send(Hbf1Type::kHello, now, body, out);
   }
 
-  std::vector<Entry> entries_;
+  std::deque<std::string> names_;
+  std::vector<hbf1::Channel> channels_;
   std::vector<std::size_t> further_;  ///< of the trace's columns, those that are sent
   std::size_t taxels_ = 0;
   double taxel_scale_ = 1.0;  ///< kPa in a count
-  std::span<const float> pressures_kPa_;
   Hbf1Decoder decoder_;
   std::uint16_t sequence_ = 0;
   bool started_ = false;
