@@ -199,7 +199,7 @@ TEST(Opening, OfADeviceThatSaidHelloEndsWhateverPrecedesIt) {
     EXPECT_GT(device.read_for(1.0).size(), 100U) << seed;
   }
   const auto boot_noise = [ms = 0](Bytes sent) mutable {
-    for (const std::uint8_t byte : {0x55, 0x33, 0x00}) {
+    for (const std::uint8_t byte : Bytes{0x55, 0x33, 0x00}) {
       if (ms < 20) sent.insert(sent.begin(), byte);
     }
     ++ms;

@@ -1,11 +1,10 @@
-#include "drivers/probes/played_probe.hpp"
-
 #include <chrono>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "drivers/probes/open_probe.hpp"
+#include "drivers/probes/played_probe.hpp"
 
 namespace merkel {
 namespace {
