@@ -60,12 +60,14 @@ Expected<std::unique_ptr<Probe>, SetupError> SimProbe::open_pad(const Uri& uri) 
     const double ball_x = roll_mm * std::sin(turn);
     double sum_kPa = 0.0;
     for (int i = 0; i < columns * rows; ++i) {
+      const int column = i % columns;
+      const int row = i / columns;
       double mean = 0.0;
       for (int a = 0; a < kPointsAcross * kPointsAcross && radius > 0.0; ++a) {
         const auto within = [](int k) { return (k + 0.5) / kPointsAcross - 0.5; };
         const double x =
-            pitch_mm * (i % columns - 0.5 * (columns - 1) + within(a % kPointsAcross)) - ball_x;
-        const double y = pitch_mm * (i / columns - 0.5 * (rows - 1) + within(a / kPointsAcross));
+            pitch_mm * (column - 0.5 * (columns - 1) + within(a % kPointsAcross)) - ball_x;
+        const double y = pitch_mm * (row - 0.5 * (rows - 1) + within(a / kPointsAcross));
         const double inside = 1.0 - (x * x + y * y) / (radius * radius);
         if (inside > 0.0) mean += peak_kPa * std::sqrt(inside) / (kPointsAcross * kPointsAcross);
       }
