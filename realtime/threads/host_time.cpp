@@ -9,18 +9,22 @@ namespace {
 
 constexpr long kPerSecond = 1'000'000'000;
 
-std::chrono::nanoseconds time_of(clockid_t clock) noexcept {
+}  // namespace
+
+std::optional<std::chrono::nanoseconds> clock_time(clockid_t clock) noexcept {
   timespec time{};
-  ::clock_gettime(clock, &time);
+  if (::clock_gettime(clock, &time) != 0) return std::nullopt;
   return std::chrono::nanoseconds{static_cast<std::int64_t>(time.tv_sec) * kPerSecond +
                                   time.tv_nsec};
 }
 
-}  // namespace
+std::chrono::nanoseconds host_now() noexcept {
+  return clock_time(CLOCK_MONOTONIC).value_or(std::chrono::nanoseconds{0});
+}
 
-std::chrono::nanoseconds host_now() noexcept { return time_of(CLOCK_MONOTONIC); }
-
-std::chrono::nanoseconds host_processor_time() noexcept { return time_of(CLOCK_THREAD_CPUTIME_ID); }
+std::chrono::nanoseconds host_processor_time() noexcept {
+  return clock_time(CLOCK_THREAD_CPUTIME_ID).value_or(std::chrono::nanoseconds{0});
+}
 
 void host_sleep_until(std::chrono::nanoseconds time) noexcept {
   timespec deadline{};

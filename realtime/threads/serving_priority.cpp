@@ -5,6 +5,8 @@
 
 #include <sched.h>
 
+#include "realtime/threads/host_time.hpp"
+
 namespace merkel {
 namespace {
 
@@ -32,12 +34,9 @@ ServingPriority::ServingPriority(const std::optional<RealtimeSettings>& simulati
 
 void ServingPriority::check(std::chrono::nanoseconds now) noexcept {
   const auto computes_too_much = [now](Thread& thread) {
-    timespec used{};
-    if (::clock_gettime(clock_of(thread.number), &used) != 0) return true;  // it has ended
-    if (!thread.share.too_large(
-            now, std::chrono::seconds{used.tv_sec} + std::chrono::nanoseconds{used.tv_nsec})) {
-      return false;
-    }
+    const auto used = clock_time(clock_of(thread.number));
+    if (!used) return true;  // it has ended
+    if (!thread.share.too_large(now, *used)) return false;
     const sched_param normal{};
     return ::sched_setscheduler(thread.number, SCHED_OTHER, &normal) == 0;
   };

@@ -16,6 +16,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "realtime/threads/host_time.hpp"
 #include "realtime/threads/raised_threads.hpp"
 
 namespace merkel {
@@ -223,11 +224,8 @@ void set_up_helper_thread(const char* name) {
 
 std::chrono::nanoseconds processor_time(pthread_t thread) noexcept {
   clockid_t clock{};
-  timespec time{};
-  if (::pthread_getcpuclockid(thread, &clock) != 0 || ::clock_gettime(clock, &time) != 0) {
-    return std::chrono::nanoseconds{0};
-  }
-  return std::chrono::seconds{time.tv_sec} + std::chrono::nanoseconds{time.tv_nsec};
+  if (::pthread_getcpuclockid(thread, &clock) != 0) return std::chrono::nanoseconds{0};
+  return clock_time(clock).value_or(std::chrono::nanoseconds{0});
 }
 
 ThreadUsage ThreadUsage::of_this_thread() noexcept {
