@@ -73,6 +73,7 @@ class RunChecks {
   void add(Severity severity, double weight, std::string kind, Json facts) {
     const std::string said = filled_text("verdict", Json::object({{kind, facts}}));
     const std::size_t mark = said.rfind('|');
+    facts.erase("remedy");  // a part of the whole one, which some findings replace
     findings_.push_back({severity, weight, std::move(kind), std::move(facts), said.substr(0, mark),
                          said.substr(mark + 1, said.size() - mark - 2)});
   }
@@ -414,11 +415,9 @@ std::string findings_text(const std::vector<Finding>& findings) {
 Json verdict_json(const std::vector<Finding>& findings) {
   auto list = Json::array();
   for (const Finding& finding : findings) {
-    Json facts = finding.facts;
-    facts.erase("remedy");  // a part of the whole one, which some findings replace
     list.push_back({{"severity", name_of(finding.severity)},
                     {"kind", finding.kind},
-                    {"facts", facts},
+                    {"facts", finding.facts},
                     {"finding", finding.sentence},
                     {"remedy", finding.remedy}});
   }
