@@ -53,6 +53,7 @@ Json json_of(const std::vector<Verdict>& verdicts) {
 Json json_of(const ConsumerLatency& consumer) {
   return {{"spikes", consumer.spikes},
           {"missing", consumer.missing},
+          {"unmatched", consumer.unmatched},
           {"sink", latency_json(consumer.sink)},
           {"software", latency_json(consumer.software)},
           {"sample_to_received", latency_json(consumer.sample_to_received)}};

@@ -66,6 +66,7 @@ struct Arrivals {
             .good = good,
             .spikes = count.load(),
             .missing = made - count.load(),
+            .unmatched = matcher.unmatched(),
             .sink = matcher.sink(),
             .software = matcher.software(),
             .sample_to_received = matcher.sample_to_received()};

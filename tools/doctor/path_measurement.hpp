@@ -17,6 +17,7 @@ struct ConsumerLatency {
   std::chrono::nanoseconds good{};    ///< the largest good median of `software`
   std::uint64_t spikes = 0;           ///< received
   std::uint64_t missing = 0;          ///< not received
+  std::uint64_t unmatched = 0;        ///< received, of ticks whose times are not known
   LatencySummary sink;                ///< published → received
   LatencySummary software;            ///< tick due → received
   LatencySummary sample_to_received;  ///< sample arrived → received

@@ -36,7 +36,7 @@ class SpikeMatcher {
     return LatencySummary::of(sample_to_received_.snapshot());
   }
   /// Spikes without a known tick.
-  [[nodiscard]] std::uint64_t unmatched() const noexcept { return unmatched_; }
+  [[nodiscard]] std::uint64_t unmatched() const noexcept { return unmatched_ + arrivals_.size(); }
 
  private:
   std::chrono::nanoseconds tick_;
