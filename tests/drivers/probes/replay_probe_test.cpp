@@ -58,6 +58,21 @@ TEST(ReplayProbe, OnlyARegularRecordingHasOutages) {
   }
 }
 
+/// How long the samples of a recording are valid.
+std::vector<std::chrono::nanoseconds> validities(const std::string& uri) {
+  auto probe = open_probe(uri);
+  if (!probe) {
+    ADD_FAILURE() << probe.error().sentence;
+    return {};
+  }
+  std::vector<ProbeSample> samples(1000);
+  std::vector<std::chrono::nanoseconds> valid;
+  while (const auto count = (*probe)->read(samples, kPatience)) {
+    for (std::size_t i = 0; i < *count; ++i) valid.push_back(samples[i].valid_for);
+  }
+  return valid;
+}
+
 TEST(ReplayProbe, TheValidityOfARecordingHoldsAlsoIfItBeginsLate) {
   const TemporaryFolder folder;
   std::string rows = "time_s,depth_mm\n";
@@ -68,13 +83,7 @@ TEST(ReplayProbe, TheValidityOfARecordingHoldsAlsoIfItBeginsLate) {
   }
   const std::string trace = folder.file("t.csv", rows);
   for (const char* const chunk : {"?chunk=256", "?chunk=1000"}) {
-    auto probe = open_probe("replay:" + trace + chunk);
-    ASSERT_TRUE(probe) << probe.error().sentence;
-    std::vector<ProbeSample> samples(1000);
-    std::vector<std::chrono::nanoseconds> valid;
-    while (const auto count = (*probe)->read(samples, kPatience)) {
-      for (std::size_t i = 0; i < *count; ++i) valid.push_back(samples[i].valid_for);
-    }
+    const auto valid = validities("replay:" + trace + chunk);
     ASSERT_EQ(valid.size(), 900U);
     EXPECT_GT(valid[299].count(), 0);
     EXPECT_LT(valid[299], std::chrono::milliseconds{500});
@@ -91,13 +100,7 @@ TEST(ReplayProbe, AnEndlessValidityHoldsAlsoIfItIsTheOnlyOneAndBeginsLate) {
     if (k == 300) rows += "# valid_for_s=0\n";
     rows += std::to_string(0.001 * k) + ",1\n";
   }
-  auto probe = open_probe("replay:" + folder.file("t.csv", rows));
-  ASSERT_TRUE(probe) << probe.error().sentence;
-  std::vector<ProbeSample> samples(256);
-  std::vector<std::chrono::nanoseconds> valid;
-  while (const auto count = (*probe)->read(samples, kPatience)) {
-    for (std::size_t i = 0; i < *count; ++i) valid.push_back(samples[i].valid_for);
-  }
+  const auto valid = validities("replay:" + folder.file("t.csv", rows));
   ASSERT_EQ(valid.size(), 600U);
   EXPECT_GT(valid[299].count(), 0);
   EXPECT_EQ(valid[300].count(), 0);
