@@ -141,6 +141,7 @@ void ReceptorArrays<Real>::press_alone(const PlacedContact& placed, std::size_t 
       dx[i] = static_cast<double>(x_[begin + i]) - placed.x_mm;
       dy[i] = static_cast<double>(y_[begin + i]) - placed.y_mm;
     }
+    static_assert(kReceptorBlock <= GridPoints::kCount);
     std::array<TipField::Energies, kReceptorBlock> energies;
     placed.field->energies(blend.lower, dx, dy, energies);
     for (std::size_t i = 0; i < kReceptorBlock; ++i) {

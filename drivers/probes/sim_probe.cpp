@@ -278,7 +278,9 @@ Expected<std::size_t, ProbeError> SimProbe::read(Readings& readings,
                                                  std::chrono::milliseconds /*patience*/) {
   readings.clear();
   const ProbeColumns& columns = readings.columns().of(0);
-  const std::size_t most = std::min<std::size_t>(readings.room(), columns.taxels > 0 ? 256 : ~0U);
+  constexpr std::size_t kMostOfPad = 256;  // samples: each takes long to compute
+  const std::size_t most =
+      columns.taxels > 0 ? std::min(readings.room(), kMostOfPad) : readings.room();
   while (readings.size() < most && next_ < count_) {
     ProbeSample sample{.sequence = next_++,
                        .channels = info_.channels,
