@@ -271,8 +271,9 @@ Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from
     pairs.emplace_back(x[i], y[j]);
     match.pairs.push_back({.from = from[swapped ? j : i], .to = to[swapped ? i : j]});
   }
+  const double span = pairs.back().first - pairs.front().first;
+  const double pace = (pairs.back().second - pairs.front().second) / span;
   const auto [begin, end] = common_part(x, y, pairs.front(), pairs.back(), most);
-  std::vector<std::pair<double, double>> back;
   const auto flip = [](const auto& pair) { return std::pair(pair.second, pair.first); };
   const auto [y_begin, y_end] = common_part(y, x, flip(pairs.front()), flip(pairs.back()), most);
   match.total = swapped ? y_end - y_begin : end - begin;
@@ -294,6 +295,11 @@ Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from
                    std::to_string(common) + " pulses have the same intervals to within " +
                    thousandths(1e3 * most) + " ms");
   }
+  if (std::fabs(pace - 1.0) > kLargestDrift + 2.0 * most / span) {
+    return Failure("the clocks differ by " + thousandths(1e2 * std::fabs(pace - 1.0)) +
+                   " %, but those of recorders by at most " + thousandths(1e2 * kLargestDrift) +
+                   " %: one of them has another sampling rate than its file says");
+  }
   // At an end of the common time, both have pulses, and they do not match: a clock has jumped.
   std::size_t good_begin = end;
   std::size_t good_end = begin;
@@ -306,8 +312,6 @@ Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from
   const auto misses = [&](std::size_t a, std::size_t b) {
     const std::size_t others =
         static_cast<std::size_t>(std::count_if(y.begin(), y.end(), [&](double time) {
-          const double pace = (pairs.back().second - pairs.front().second) /
-                              (pairs.back().first - pairs.front().first);
           const double place = pairs.front().first + (time - pairs.front().second) / pace;
           return a < b && place >= x[a] && place <= x[b - 1];
         }));

@@ -195,6 +195,17 @@ TEST(PulseMatch, ARecorderThatWasStoppedAndStartedAgainIsRefused) {
   EXPECT_TRUE(has(match.error(), "stopped and started again")) << match.error();
 }
 
+TEST(PulseMatch, AClockOfAnotherRateIsRefusedAlsoWhereItsPulsesMatch) {
+  const Times pulses = pulses_over(std::chrono::minutes{5}, 25);
+  for (const double rate_ppm : {8000.0, -8000.0, 900.0}) {
+    const Recorder other{.rate_ppm = rate_ppm};
+    const auto match = match_pulses(pulses, other.sees(pulses, 26), kTolerance);
+    EXPECT_EQ(match.has_value(), rate_ppm == 900.0);
+    if (match) continue;
+    EXPECT_TRUE(has(match.error(), "differ by 0.8 %")) << match.error();
+  }
+}
+
 TEST(PulseMatch, TooFewPulsesAreRefused) {
   const Times few = {seconds{1}, seconds{2}};
   EXPECT_FALSE(match_pulses(few, pulses_over(seconds{60}, 24), kTolerance));
