@@ -175,6 +175,10 @@ Expected<void, SetupError> RunProbes::wait_for_first_samples(const std::atomic<b
     route.device->reader->stop();
     const ProbeInfo& info = route.info();
     const std::string& error_message = route.device->reader->error_message();
+    if (error_message.empty() && stop.load(std::memory_order_relaxed)) {
+      return unavailable("stopped before the probe " + info.uri +
+                         " delivered a sample: nothing was simulated");
+    }
     return Unexpected<SetupError>(
         {.kind = info.replayed ? SetupError::Kind::kBadInput : SetupError::Kind::kUnavailable,
          .sentence =

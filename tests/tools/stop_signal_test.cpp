@@ -2,8 +2,12 @@
 
 #include <atomic>
 #include <csignal>
+#include <utility>
 
 #include <gtest/gtest.h>
+
+#include "core/scene/tactile_model.hpp"
+#include "drivers/probes/open_probe.hpp"
 
 namespace merkel {
 namespace {
@@ -24,6 +28,22 @@ TEST(StopSignal, OfAnEarlierRunDoesNotStopTheNextOne) {
   std::raise(SIGTERM);
   EXPECT_TRUE(second.requested());
   EXPECT_TRUE(flag);
+}
+
+TEST(StopSignal, ThatArrivesBeforeThePipelineEndsItAsWell) {
+  StopSignal stop;
+  std::raise(SIGTERM);
+  auto model = TactileModel::create({});
+  ASSERT_TRUE(model);
+  auto probe = open_probe("sim:ramp");
+  ASSERT_TRUE(probe);
+  Pipeline pipeline(*model, {.fast = true});
+  pipeline.add_probe(std::move(*probe), {});
+  stop.reach(pipeline);
+  const auto report = pipeline.run();
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().sentence,
+            "stopped before the probe sim:ramp delivered a sample: nothing was simulated");
 }
 
 }  // namespace

@@ -164,11 +164,11 @@ int record(const RecordOptions& options) {
   if (!probe) return refuse(probe.error());
   std::string command = "merkel record '" + options.uri + "' " + options.file;
   if (options.duration_s) command += " --duration-s " + shortest_decimal(*options.duration_s);
+  std::atomic<bool> stop{false};
+  const StopSignal stop_signal(stop);
   auto recording = Recording::create(options, **probe, command);
   if (!recording) return refuse(recording.error());
 
-  std::atomic<bool> stop{false};
-  const StopSignal stop_signal(stop);
   Readings readings = (*probe)->readings();
   std::optional<std::chrono::nanoseconds> end;
   std::uint64_t written = 0;

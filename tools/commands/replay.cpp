@@ -81,6 +81,8 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
                   shortest_decimal(position->length_s) + " s");
   }
   setup.session = position;
+  std::atomic<bool> stopped{false};
+  const StopSignal stop(stopped);
   const auto opened = open_separate_sinks(options.sinks, setup);
   if (!opened) return refuse(opened.error());
   const auto& sinks = *opened;
@@ -96,8 +98,6 @@ int play(const ReplayOptions& options, const Scene& scene, const SessionNumberin
   }
   std::fprintf(stderr, "playing %.1f s%s\n", position->length_s,
                page ? "; seek with the slider on the page, end with Ctrl-C" : "");
-  std::atomic<bool> stopped{false};
-  const StopSignal stop(stopped);
   std::optional<StimulationControl> control;
   if (!scene.encoding.electrodes.empty()) control.emplace(position->stimulation);
   SessionPlayback playback(options.session, *extent, numbering, scene, *position, sinks);

@@ -179,7 +179,9 @@ int run_scene(Scene scene, const RunOptions& options) {
     description.facts.emplace_back("command", "merkel run --probe '" + description.probes[0].uri +
                                                   "' --record " + options.record);
   }
-  const auto made = prepared->pipeline_to(
+  std::unique_ptr<Pipeline> pipeline;
+  StopSignal stop;
+  auto made = prepared->pipeline_to(
       prepared->scene.sinks,
       {.overwrite = options.overwrite,
        .allow_remote = options.allow_remote,
@@ -187,13 +189,12 @@ int run_scene(Scene scene, const RunOptions& options) {
        .recording = std::make_shared<RecordingSwitch>()},
       [](const std::string& address) { std::fprintf(stderr, "live page: %s\n", address.c_str()); });
   if (!made) return refuse(made.error());
-  Pipeline& pipeline = **made;
-
-  const StopSignal stop(pipeline);
+  pipeline = std::move(*made);
+  stop.reach(*pipeline);
   std::optional<StimulationControl> control;
-  if (parameters.encoder != nullptr) control.emplace(pipeline.stimulation());
-  const CrashWatch watch(pipeline.statistics(), model.parameters().tick);
-  const auto report = pipeline.run();
+  if (parameters.encoder != nullptr) control.emplace(pipeline->stimulation());
+  const CrashWatch watch(pipeline->statistics(), model.parameters().tick);
+  const auto report = pipeline->run();
   terminal.clear();
   if (!report) return refuse(report.error());
   return conclude(options, *prepared, plan ? prediction_json(*plan) : Json(), *report);

@@ -36,16 +36,22 @@ void stop_running(int /*signal*/) {
 
 }  // namespace
 
-StopSignal::StopSignal(Pipeline& pipeline) {
+StopSignal::StopSignal() {
   g_signals.store(0);
-  g_running.store(&pipeline);
   handle_with(stop_running);
 }
+
+StopSignal::StopSignal(Pipeline& pipeline) : StopSignal() { reach(pipeline); }
 
 StopSignal::StopSignal(std::atomic<bool>& flag) {
   g_signals.store(0);
   g_flag.store(&flag);
   handle_with(stop_running);
+}
+
+void StopSignal::reach(Pipeline& pipeline) noexcept {
+  g_running.store(&pipeline);
+  if (requested()) pipeline.request_stop();
 }
 
 bool StopSignal::requested() const noexcept { return g_signals.load() > 0; }
