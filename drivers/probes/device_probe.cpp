@@ -130,6 +130,8 @@ Expected<void, SetupError> DeviceProbe::listen() {
                      "\": live=0 reads a device on its own times, but it sends none: add a time "
                      "column, such as time_s, or remove live=0");
   }
+  // What was sent to be recognised is no sign of life any more.
+  if (settings_.live) stream_.counts.bytes = 0;
   name_ = settings_.protocol + " at " + transport_->info().name;
   counts_.port = transport_->info().note;
   opened_serial_number_ = protocol_->serial_number();

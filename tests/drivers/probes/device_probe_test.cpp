@@ -320,7 +320,7 @@ struct Plugged {
 };
 
 /// A port at which a byte comes every millisecond.
-class TickingPort final : public Transport {
+class TickingPort : public Transport {
  public:
   [[nodiscard]] const TransportInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
@@ -337,6 +337,26 @@ class TickingPort final : public Transport {
 
  private:
   TransportInfo info_{.name = "port", .serial_number = {}, .note = {}, .report_descriptor = {}};
+};
+
+/// A port whose device sends a hundred lines at once, and nothing after them.
+class BurstPort final : public TickingPort {
+ public:
+  [[nodiscard]] Expected<std::size_t, Disconnected> read(std::span<std::uint8_t> bytes,
+                                                         nanoseconds /*patience*/) override {
+    std::this_thread::sleep_for(milliseconds{1});
+    const std::size_t count = std::min(bytes.size(), lines_.size());
+    std::copy_n(lines_.begin(), count, bytes.begin());
+    lines_.erase(0, count);
+    return count;
+  }
+
+ private:
+  std::string lines_ = [] {
+    std::string all;
+    for (int i = 100; i < 200; ++i) all += "0." + std::to_string(i) + "\n";
+    return all;
+  }();
 };
 
 /// Makes a reading of every byte, by whatever is plugged in.
@@ -366,6 +386,19 @@ class PluggedProtocol final : public Protocol {
   const Plugged& plugged_;
   std::uint32_t told_ = 0;
 };
+
+TEST(DeviceProbe, OneThatIsSilentAfterItWasRecognisedHasSentNothing) {
+  const auto uri = Uri::parse("serial:x?protocol=csv&columns=depth_mm");
+  UriOptions options(*uri);
+  auto protocol = (*find_protocol("csv"))->make(options);
+  ASSERT_TRUE(protocol);
+  auto probe = DeviceProbe::open(std::make_unique<BurstPort>(), std::move(*protocol),
+                                 {.uri = uri->text, .protocol = "csv"});
+  ASSERT_TRUE(probe) << probe.error().sentence;
+  Readings readings = (*probe)->readings();
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE((*probe)->read(readings, milliseconds{2}));
+  EXPECT_EQ((*probe)->device_counts()->bytes, 0U);
+}
 
 TEST(DeviceProbe, AnotherDeviceAtItsPortIsNotTakenForIt) {
   const std::uint32_t both = bit_of(DeviceChannel::kForce) | bit_of(DeviceChannel::kDepth);
