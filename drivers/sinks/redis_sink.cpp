@@ -212,6 +212,7 @@ class RedisSink final : public Sink {
                                      {"time_ns", times},
                                      {"neuron", neurons}});
   }
+  [[nodiscard]] bool stimulates() const noexcept { return text_.electrodes() > 0; }
   [[nodiscard]] bool is_away() const noexcept { return !streams_.connected(); }
 
   /// Sends what was added. False if the server is away, from now on.
@@ -223,9 +224,9 @@ class RedisSink final : public Sink {
     reason_ = error;
     pause_ = kFirstRejoin;
     rejoin_at_ = read_clock_pair().monotonic + pause_;
-    report("it failed (" + reason_ +
-           "): its receivers get nothing, and stimulation is over there, until it answers; the "
-           "run and its other sinks go on");
+    report("it failed (" + reason_ + "): its receivers get nothing" +
+           (stimulates() ? ", and stimulation is over there," : "") +
+           " until it answers; the run and its other sinks go on");
     return false;
   }
 
@@ -246,7 +247,8 @@ class RedisSink final : public Sink {
       rejoin_at_ = read_clock_pair().monotonic + pause_;
       return false;
     }
-    report("it answers again: its receivers got an off, and amplitudes rise from 0");
+    report(std::string("it answers again") +
+           (stimulates() ? ": its receivers got an off, and amplitudes rise from 0" : ""));
     return true;
   }
 

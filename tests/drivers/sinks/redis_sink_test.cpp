@@ -274,6 +274,23 @@ TEST_F(RedisSinkTest, AfterARestartOfTheServerAnOffComesFirstAndTheRunGoesOn) {
   EXPECT_TRUE((*sink)->close());
 }
 
+TEST_F(RedisSinkTest, WithoutElectrodesNothingIsSaidOfStimulation) {
+  NotingRun run;
+  const auto sink = open_sink(RedisServer::uri(), {.neurons = 3});
+  ASSERT_TRUE(sink) << sink.error().sentence;
+  (*sink)->attach(run);
+  const std::vector<SpikeEvent> spikes = {{.time = milliseconds{20}, .neuron = 1}};
+  ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+  server_->stop();
+  for (int k = 0; k < 500 && !(*sink)->interrupted(); ++k) {
+    ASSERT_TRUE((*sink)->write({.spikes = spikes}));
+    std::this_thread::sleep_for(milliseconds{20});
+  }
+  ASSERT_EQ(run.notices.size(), 1U);
+  EXPECT_FALSE(has(run.notices[0], "stimulation")) << run.notices[0];
+  EXPECT_TRUE(has(run.notices[0], "get nothing until it answers")) << run.notices[0];
+}
+
 TEST_F(RedisSinkTest, AServerThatIsOutOfMemoryGetsAnOffOnceItHasMemory) {
   const auto sink = open_sink(RedisServer::uri(), stim_setup());
   ASSERT_TRUE(sink) << sink.error().sentence;
