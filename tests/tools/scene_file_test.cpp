@@ -228,7 +228,7 @@ TEST(SceneFile, EveryErrorHasFileLineAndRemedy) {
       "s.toml:3: probe.bar_gaps_mm must be positive: merge bars that touch or overlap, or widen "
       "the gap");
   EXPECT_EQ(fault_of_scene("[probe]\nbar_gaps_mm = 3\n"),
-            "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 5, 5]");
+            "s.toml:2: probe.bar_gaps_mm must be a list of numbers, as in [5, 10]");
   EXPECT_EQ(fault_of_scene("[skin]\nthickness_mm = 0\n"),
             "s.toml:2: skin.thickness_mm must be a positive number or inf, but is 0");
   EXPECT_EQ(fault_of_scene("[skin\n").rfind("s.toml:1: this is not valid TOML: ", 0), 0U);

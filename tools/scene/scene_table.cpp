@@ -87,7 +87,7 @@ std::string_view read_value(const toml::node& node, const Field& /*field*/, Posi
 template <class T>
 std::string_view read_value(const toml::node& node, const Field& field, std::vector<T>& values) {
   constexpr std::string_view kExpected =
-      std::is_same_v<T, double> ? "a list of numbers, as in [5, 5, 5]"
+      std::is_same_v<T, double> ? "a list of numbers, as in [5, 10]"
                                 : "a list of pairs of numbers, as in [[15, 10], [16, 10]]";
   const toml::array* const list = node.as_array();
   if (list == nullptr) return kExpected;
