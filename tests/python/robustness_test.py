@@ -15,6 +15,7 @@ import merkel
 import numpy as np
 
 LIVE = "sim:taps?count=1000&live=1"
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in a shell's background job
 CLASSES = (merkel.Bridge, merkel.Run, merkel.Scene, merkel.Session, merkel.Stream, merkel.Table)
 
 
