@@ -266,7 +266,7 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
        {"\"method\": \"crank_nicolson\"", "\"skipped\"", "out of reach", "the scene has none"}) {
     EXPECT_NE(run.out.find(part), std::string::npos) << part;
   }
-  const auto uncoupled = run_program({"plan", "hand"});
+  const auto uncoupled = run_program({"plan", "goodwin"});
   EXPECT_EQ(uncoupled.exit_code, 0) << uncoupled.err;
   EXPECT_NE(uncoupled.out.find("coupling: network.gain is 0"), std::string::npos);
 }
