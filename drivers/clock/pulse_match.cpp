@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -219,17 +220,56 @@ class PlaceSearch {
   std::size_t regular_ = 0;
 };
 
-/// The pulses of one sequence within the time of the other, by a line through the matched ones.
-std::pair<std::size_t, std::size_t> common_part(const std::vector<double>& x,
-                                                const std::vector<double>& y,
-                                                const std::pair<double, double>& first,
-                                                const std::pair<double, double>& last,
-                                                double tolerance) {
-  const double pace = (last.second - first.second) / (last.first - first.first);
-  const auto place_of = [&](double time) { return first.first + (time - first.second) / pace; };
-  const auto begin = std::lower_bound(x.begin(), x.end(), place_of(y.front()) - tolerance);
-  const auto end = std::upper_bound(x.begin(), x.end(), place_of(y.back()) + tolerance);
+/// The time of one clock on the other, by a line through two pairs of pulses.
+struct PairLine {
+  double x = 0.0;
+  double y = 0.0;
+  double pace = 1.0;
+
+  [[nodiscard]] double x_at(double time_y) const { return x + (time_y - y) / pace; }
+  [[nodiscard]] PairLine inverse() const { return {y, x, 1.0 / pace}; }
+};
+
+/// Indices, [first, second).
+using Part = std::pair<std::size_t, std::size_t>;
+
+/// The pulses of `x` within the time of `y`.
+Part common_part(const std::vector<double>& x, const std::vector<double>& y, const PairLine& line,
+                 double tolerance) {
+  const auto begin = std::lower_bound(x.begin(), x.end(), line.x_at(y.front()) - tolerance);
+  const auto end = std::upper_bound(x.begin(), x.end(), line.x_at(y.back()) + tolerance);
   return {static_cast<std::size_t>(begin - x.begin()), static_cast<std::size_t>(end - x.begin())};
+}
+
+/// Two places fit, and the same pulses match in them.
+bool ambiguous(const std::vector<Placement>& found) {
+  if (found.size() < 2 || 2 * found[1].matched <= found[0].matched) return false;
+  std::size_t both = 0;
+  for (std::size_t i = 0; i < found[0].partner.size(); ++i) {
+    if (found[0].partner[i] != kUnmatched && found[1].partner[i] != kUnmatched) ++both;
+  }
+  return 4 * both > found[1].matched;
+}
+
+/// The part that matches, if at an end of the common part both clocks have pulses that do not: one
+/// has jumped.
+std::optional<Part> cut_short(const std::vector<double>& x, const std::vector<double>& y,
+                              const PairLine& line, const Placement& best, const Part& common) {
+  const auto [begin, end] = common;
+  Part good{end, begin};
+  for (std::size_t i = begin; i < end; i += kBlock) {
+    const std::size_t stop = std::min(i + kBlock, end);
+    if (2 * best.total_within(i, stop) < stop - i) continue;
+    good = {std::min(good.first, i), stop};
+  }
+  const auto misses = [&](std::size_t a, std::size_t b) {
+    if (b < a + 2 * kBlock + 1) return false;
+    return std::count_if(y.begin(), y.end(), [&](double time) {
+             return line.x_at(time) >= x[a] && line.x_at(time) <= x[b - 1];
+           }) > static_cast<std::ptrdiff_t>(2 * kBlock);
+  };
+  if (misses(begin, good.first) || misses(good.second, end)) return good;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -262,64 +302,42 @@ Expected<PulseMatch, std::string> match_pulses(std::span<const Nanoseconds> from
                    " pulses have the same intervals to within " + thousandths(1e3 * most) + " ms");
   }
   const Placement& best = found.front();
-  std::vector<std::pair<double, double>> pairs;
+  Part ends{x.size(), 0};  // of what matches
   PulseMatch match;
   match.tolerance = Nanoseconds{std::llround(1e9 * most)};
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (best.partner[i] == kUnmatched) continue;
     const std::size_t j = best.partner[i];
-    pairs.emplace_back(x[i], y[j]);
+    ends = {std::min(ends.first, i), i};
     match.pairs.push_back({.from = from[swapped ? j : i], .to = to[swapped ? i : j]});
   }
-  const double span = pairs.back().first - pairs.front().first;
-  const double pace = (pairs.back().second - pairs.front().second) / span;
-  const auto [begin, end] = common_part(x, y, pairs.front(), pairs.back(), most);
-  const auto flip = [](const auto& pair) { return std::pair(pair.second, pair.first); };
-  const auto [y_begin, y_end] = common_part(y, x, flip(pairs.front()), flip(pairs.back()), most);
-  match.total = swapped ? y_end - y_begin : end - begin;
-  match.total_other = swapped ? end - begin : y_end - y_begin;
-  const std::size_t common = std::min(match.total, match.total_other);
-  if (found.size() > 1 && 2 * found[1].matched > best.matched) {
-    std::size_t both = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      if (best.partner[i] != kUnmatched && found[1].partner[i] != kUnmatched) ++both;
-    }
-    if (4 * both > found[1].matched) {
-      return Failure("two places fit, with " + std::to_string(best.matched) + " and " +
-                     std::to_string(found[1].matched) +
-                     " matching pulses: use pulses at irregular intervals");
-    }
+  const double span = x[ends.second] - x[ends.first];
+  const double y_first = y[best.partner[ends.first]];
+  const PairLine line{x[ends.first], y_first, (y[best.partner[ends.second]] - y_first) / span};
+  const Part common = common_part(x, y, line, most);
+  const Part other = common_part(y, x, line.inverse(), most);
+  match.total = common.second - common.first;
+  match.total_other = other.second - other.first;
+  if (swapped) std::swap(match.total, match.total_other);
+  const std::size_t in_both = std::min(match.total, match.total_other);
+  if (ambiguous(found)) {
+    return Failure("two places fit, with " + std::to_string(best.matched) + " and " +
+                   std::to_string(found[1].matched) +
+                   " matching pulses: use pulses at irregular intervals");
   }
-  if (2 * best.matched < common) {
+  if (2 * best.matched < in_both) {
     return Failure("no place fits: at best " + std::to_string(best.matched) + " of " +
-                   std::to_string(common) + " pulses have the same intervals to within " +
+                   std::to_string(in_both) + " pulses have the same intervals to within " +
                    thousandths(1e3 * most) + " ms");
   }
-  if (std::fabs(pace - 1.0) > kLargestDrift + 2.0 * most / span) {
-    return Failure("the clocks differ by " + thousandths(1e2 * std::fabs(pace - 1.0)) +
+  if (std::fabs(line.pace - 1.0) > kLargestDrift + 2.0 * most / span) {
+    return Failure("the clocks differ by " + thousandths(1e2 * std::fabs(line.pace - 1.0)) +
                    " %, but those of recorders by at most " + thousandths(1e2 * kLargestDrift) +
                    " %: one of them has another sampling rate than its file says");
   }
-  // At an end of the common time, both have pulses, and they do not match: a clock has jumped.
-  std::size_t good_begin = end;
-  std::size_t good_end = begin;
-  for (std::size_t i = begin; i < end; i += kBlock) {
-    const std::size_t stop = std::min(i + kBlock, end);
-    if (2 * best.total_within(i, stop) < stop - i) continue;
-    good_begin = std::min(good_begin, i);
-    good_end = stop;
-  }
-  const auto misses = [&](std::size_t a, std::size_t b) {
-    const std::size_t others =
-        static_cast<std::size_t>(std::count_if(y.begin(), y.end(), [&](double time) {
-          const double place = pairs.front().first + (time - pairs.front().second) / pace;
-          return a < b && place >= x[a] && place <= x[b - 1];
-        }));
-    return b - std::min(a, b) > 2 * kBlock && others > 2 * kBlock;
-  };
-  if (misses(begin, good_begin) || misses(good_end, end)) {
-    return Failure("they match only over " + thousandths(x[good_end - 1] - x[good_begin]) +
-                   " s of " + thousandths(x[end - 1] - x[begin]) +
+  if (const auto good = cut_short(x, y, line, best, common)) {
+    return Failure("they match only over " + thousandths(x[good->second - 1] - x[good->first]) +
+                   " s of " + thousandths(x[common.second - 1] - x[common.first]) +
                    " s: one recorder was stopped and started again, or its clock has jumped; cut "
                    "the file of pulses there, and align each part");
   }
