@@ -134,16 +134,55 @@ int press_again(const ReplayOptions& options, SessionReader& session, Scene scen
                                       .allow_remote = options.allow_remote});
 }
 
-int replay(const ReplayOptions& options) {
-  if (options.from_s && !options.realtime) return refuse("--from-s needs --realtime: add it");
+/// What is wrong with the options, or nothing.
+std::string fault_of(const ReplayOptions& options) {
+  if (options.from_s && !options.realtime) return "--from-s needs --realtime: add it";
   if (options.realtime && options.json) {
-    return refuse(
-        "--json prints the verdict of a simulation, but --realtime plays the recording "
-        "without simulating: remove one of them");
+    return "--json prints the verdict of a simulation, but --realtime plays the recording "
+           "without simulating: remove one of them";
   }
   if (options.realtime && options.sinks.empty()) {
-    return refuse("--realtime needs a sink: add one, such as --sink view:8080");
+    return "--realtime needs a sink: add one, such as --sink view:8080";
   }
+  return "";
+}
+
+/// Sinks of a simulation, and the first error of one of them.
+class ReplaySinks {
+ public:
+  explicit ReplaySinks(const std::vector<std::unique_ptr<Sink>>& sinks) : sinks_(sinks) {}
+
+  void begin(const RunOrigin& origin) {
+    for (const auto& sink : sinks_) keep(sink->begin(origin));
+  }
+  void write(const RecordBatch& batch) {
+    for (const auto& sink : sinks_) keep(sink->write(batch));
+  }
+  void close() {
+    for (const auto& sink : sinks_) keep(sink->close());
+  }
+  [[nodiscard]] const std::string& error_message() const { return error_message_; }
+
+  [[nodiscard]] SessionReplay::Callbacks callbacks() {
+    return {.spikes = [this](std::span<const SpikeEvent> spikes) { write({.spikes = spikes}); },
+            .commands =
+                [this](std::span<const StimulationCommand> commands) {
+                  write({.commands = commands, .sent = unsent_of(commands)});
+                },
+            .ticks = [this](std::span<const TickRecord> ticks) { write({.ticks = ticks}); }};
+  }
+
+ private:
+  void keep(const Expected<void, SinkError>& result) {
+    if (!result && error_message_.empty()) error_message_ = result.error().sentence;
+  }
+
+  const std::vector<std::unique_ptr<Sink>>& sinks_;
+  std::string error_message_;
+};
+
+int replay(const ReplayOptions& options) {
+  if (const auto fault = fault_of(options); !fault.empty()) return refuse(fault);
   auto session = SessionReader::open(options.session);
   if (!session) return refuse(session.error());
   const auto scene = scene_of_session(*session);
@@ -178,44 +217,21 @@ int replay(const ReplayOptions& options) {
   if (options.realtime) return play(options, *scene, numbering, setup, *origin);
   const auto opened = open_separate_sinks(options.sinks, setup);
   if (!opened) return refuse(opened.error());
-  const auto& sinks = *opened;
-  std::string error_message;
-  const auto keep = [&](const Expected<void, SinkError>& result) {
-    if (!result && error_message.empty()) error_message = result.error().sentence;
-  };
-  for (const auto& sink : sinks) keep(sink->begin(*origin));
-  const SessionReplay::Callbacks made{
-      .spikes =
-          [&](std::span<const SpikeEvent> spikes) {
-            for (const auto& sink : sinks) {
-              keep(sink->write({.spikes = spikes}));
-            }
-          },
-      .commands =
-          [&](std::span<const StimulationCommand> commands) {
-            const auto unsent = unsent_of(commands);
-            for (const auto& sink : sinks) {
-              keep(sink->write({.commands = commands, .sent = unsent}));
-            }
-          },
-      .ticks =
-          [&](std::span<const TickRecord> ticks) {
-            for (const auto& sink : sinks) keep(sink->write({.ticks = ticks}));
-          }};
+  ReplaySinks sinks(*opened);
+  sinks.begin(*origin);
+  const SessionReplay::Callbacks made = sinks.callbacks();
   SessionReplay replay(*model, encoder->get());
   const auto read = session->for_each([&](SessionChunk& chunk) {
     numbering.apply(chunk);
-    for (const auto& sink : sinks) {
-      if (!chunk.taxels.empty()) keep(sink->write({.taxels = chunk.taxels}));
-    }
+    if (!chunk.taxels.empty()) sinks.write({.taxels = chunk.taxels});
     replay.take(chunk, made);
-    return error_message.empty();
+    return sinks.error_message().empty();
   });
   if (!read) return refuse(read.error());
-  if (!error_message.empty()) return fail(error_message);
+  if (!sinks.error_message().empty()) return fail(sinks.error_message());
   const SessionReplay::Outcome verdict = replay.finish(made);
-  for (const auto& sink : sinks) keep(sink->close());
-  if (!error_message.empty()) return fail(error_message);
+  sinks.close();
+  if (!sinks.error_message().empty()) return fail(sinks.error_message());
 
   if (verdict.ticks == 0 && verdict.identical()) {
     return refuse(options.session +
