@@ -41,9 +41,14 @@ TEST(StopSignal, ThatArrivesBeforeThePipelineEndsItAsWell) {
   pipeline.add_probe(std::move(*probe), {});
   stop.reach(pipeline);
   const auto report = pipeline.run();
-  ASSERT_FALSE(report);
-  EXPECT_EQ(report.error().sentence,
-            "stopped before the probe sim:ramp delivered a sample: nothing was simulated");
+  // The probe may have been faster.
+  if (report) {
+    EXPECT_TRUE(report->interrupted);
+    EXPECT_EQ(report->ticks, 0U);
+  } else {
+    EXPECT_EQ(report.error().sentence,
+              "stopped before the probe sim:ramp delivered a sample: nothing was simulated");
+  }
 }
 
 }  // namespace
