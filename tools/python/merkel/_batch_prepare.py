@@ -4,6 +4,7 @@ import hashlib
 import numbers
 import os
 import pickle
+import reprlib
 
 import numpy as np
 
@@ -25,6 +26,8 @@ def dicts(jobs):
         return [dict(zip(columns_of_jobs, row)) for row in rows]
     if hasattr(jobs, "to_dict") and hasattr(jobs, "columns"):
         return jobs.to_dict("records")
+    if isinstance(jobs, dict) or not hasattr(jobs, "__iter__"):
+        raise Error(f"jobs must be a list of dicts, a pandas table or paths of sessions, but is {reprlib.repr(jobs)}")
     return jobs
 
 
@@ -63,6 +66,8 @@ def _probe(given):
 
 def prepared(number, given, keep, folder):
     """(row, job): the job's keys as a row of the table, and what a worker needs; no job if the keys are wrong."""
+    if not hasattr(given, "items"):
+        raise Error(f"job {number} must be a dict of its keys, but is {reprlib.repr(given)}")
     given = {name: value for name, value in given.items() if not _is_empty(value)}
     row = {"job": number, "id": "", "scene": "paper"}
     row.update((name, value if isinstance(value, (str, numbers.Number)) else str(value))

@@ -75,6 +75,10 @@ std::vector<nanoseconds> times_of(const Channel& time_s, std::optional<double> r
   if (rate_hz && !(*rate_hz > 0.0 && *rate_hz <= kFastest_Hz)) {
     throw Error("rate_hz must be positive and at most 1e9, but is " + shortest_decimal(*rate_hz));
   }
+  if (rate_hz && static_cast<double>(count - 1) / *rate_hz > kMax_s) {
+    throw Error("at rate_hz = " + shortest_decimal(*rate_hz) + ", the " + std::to_string(count) +
+                " samples take more than 4e9 s: check its unit");
+  }
   std::vector<nanoseconds> times(count);
   for (std::size_t i = 0; i < count; ++i) {
     times[i] = rate_hz ? nanoseconds{std::llround(static_cast<double>(i) * 1e9 / *rate_hz)}
@@ -101,12 +105,17 @@ Doubles numbers_of(const std::string& name, const py::object& values) {
       py::module_::import("numpy.ma").attr("is_masked")(values).cast<bool>()) {
     throw Error(name + " has masked values: remove these samples");
   }
-  // Dates and durations would be counts of their own units, complex numbers lose a part.
+  // Dates and durations would be counts of their own units, complex numbers and records lose parts.
   const py::array any = py::array::ensure(values);
-  if (any && std::string_view("Mmc").find(any.dtype().kind()) == std::string_view::npos) {
-    if (auto numbers = Doubles::ensure(any); numbers && numbers.ndim() <= 2) return numbers;
+  const std::string wanted =
+      name + " must be an array of numbers: (samples,), or (samples, probes)";
+  if (any && any.ndim() > 2) {
+    throw Error(wanted + ", but has " + std::to_string(any.ndim()) + " dimensions");
   }
-  throw Error(name + " must be an array of numbers: (samples,), or (samples, probes)" +
+  if (any && std::string_view("MmcV").find(any.dtype().kind()) == std::string_view::npos) {
+    if (auto numbers = Doubles::ensure(any)) return numbers;
+  }
+  throw Error(wanted +
               (any ? ", but has the dtype " + py::str(any.dtype()).cast<std::string>() : ""));
 }
 

@@ -44,10 +44,16 @@ either, the scene's own probe runs. sinks are URIs that also get the spikes ("nw
 
 Releases the GIL; Ctrl-C ends the run. Raises Error with the program's message on failure.)";
 
-std::vector<std::string> list_of(const py::object& text_or_list) {
+/// The URIs of the argument `probe`.
+std::vector<std::string> uris_of(const py::object& text_or_list) {
   if (text_or_list.is_none()) return {};
-  if (py::isinstance<py::str>(text_or_list)) return {text_or_list.cast<std::string>()};
-  return text_or_list.cast<std::vector<std::string>>();
+  try {
+    if (py::isinstance<py::str>(text_or_list)) return {text_or_list.cast<std::string>()};
+    return text_or_list.cast<std::vector<std::string>>();
+  } catch (const py::cast_error&) {
+    throw Error("probe must be a URI or a list of URIs, but is " +
+                py::repr(text_or_list).cast<std::string>());
+  }
 }
 
 /// A dict from names of keys to values.
@@ -74,7 +80,7 @@ RunObject run(SceneObject& scene, py::object depth_mm, py::object force_N, py::o
                               .y_mm = std::move(y_mm),
                               .time_s = std::move(time_s),
                               .rate_hz = rate_hz},
-                    .probes = list_of(probe),
+                    .probes = uris_of(probe),
                     .seed = seed,
                     .duration_s = duration_s,
                     .sinks = sinks,

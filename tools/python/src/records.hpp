@@ -57,10 +57,11 @@ template <class Row>
 /// Adds the class Output to the module.
 void add_output(pybind11::module_& module);
 
-/// The module's exception: the sentence that the program would print.
+/// The module's exception: the sentence that the program would print, in UTF-8 whatever it quotes.
 class Error : public std::runtime_error {
  public:
-  explicit Error(const std::string& sentence) : std::runtime_error(shortened(sentence)) {}
+  explicit Error(const std::string& sentence)
+      : std::runtime_error(utf8_text(shortened(sentence))) {}
 };
 
 /// A sentence of the program with its options as arguments of Python.
