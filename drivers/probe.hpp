@@ -103,6 +103,13 @@ struct SampleTiming {
   }
 };
 
+/// What was wrong with the readings of one output.
+struct OutputFaults {
+  std::string lack = {};  ///< why its device had no value for it, or some taxels; empty: it had
+  std::uint64_t saturated = 0;            ///< readings at the end of the sensor's range
+  std::uint64_t outside_calibration = 0;  ///< readings outside the range of their calibration
+};
+
 /// What a probe reports about itself.
 struct ProbeStatus {
   std::optional<DeviceCounts> device = {};  ///< the counters so far; empty for a recording
@@ -111,8 +118,7 @@ struct ProbeStatus {
   bool connected = true;                    ///< all its devices are plugged in
   /// Of the readings of a device for its first probe; null for others.
   const ProbeCalibration* calibration = nullptr;
-  /// Of each output, why its device had no value for it, or for some of its taxels; empty: it had.
-  std::vector<std::string> lacks = {};
+  std::vector<OutputFaults> faults = {};  ///< of each output; empty: none are known
 };
 
 /// Receives the bytes that pass a port of a probe.

@@ -358,7 +358,7 @@ void RunProbes::finish(RunReport& report) {
     of.device = std::move(status.device);
     of.shares_device = !is_first_of_device(i);
     of.timing = status.timing;
-    if (route.output < status.lacks.size()) of.lack = std::move(status.lacks[route.output]);
+    if (route.output < status.faults.size()) of.faults = std::move(status.faults[route.output]);
     of.channels = route.info().channels;
     of.decimate = route.parameters.decimate;
     of.stale_after =

@@ -58,7 +58,7 @@ struct RunReport : RunCounters {
     std::optional<DeviceCounts> device;  ///< counted by the driver; none for a recording
     bool shares_device = false;          ///< with an earlier probe, which stands for the device
     std::optional<SampleTiming> timing;  ///< as measured; none for a recording
-    std::string lack;                    ///< ProbeStatus::lacks of its output
+    OutputFaults faults;                 ///< of its output
     std::chrono::nanoseconds stale_after{0};  ///< the silence after which it is released; 0: never
     std::uint32_t channels = 0;               ///< of its samples
     ProbeInput::Decimate decimate = ProbeInput::Decimate::kLast;

@@ -223,6 +223,7 @@ Expected<void, SetupError> DeviceProbe::make_outputs() {
     outputs_.emplace_back(std::move(info), std::move(*calibration), std::move(further));
   }
   for (const DeviceOutput& each : outputs_) infos_.push_back(each.info());
+  faults_.resize(outputs_.size());
   ready_ = readings();
   return {};
 }
@@ -525,6 +526,8 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
     if (!result.measured && !result.waiting) ++refused;
     if (result.absent) ++absent;
     measured = measured || result.measured;
+    faults_[i].saturated += result.saturated ? 1 : 0;
+    faults_[i].outside_calibration += result.outside ? 1 : 0;
     saturated = saturated || result.saturated;
     outside = outside || result.outside;
   }
@@ -567,8 +570,8 @@ void DeviceProbe::publish() {
   const Time present_outage = connected_ || !settings_.live ? Time{0} : now() - lost_since_;
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
-  lacks_.resize(outputs_.size());
-  for (std::size_t i = 0; i < outputs_.size(); ++i) lacks_[i] = outputs_[i].lack();
+  published_faults_ = faults_;
+  for (std::size_t i = 0; i < outputs_.size(); ++i) published_faults_[i].lack = outputs_[i].lack();
   published_.outage_ns += static_cast<std::uint64_t>(present_outage.count());
 }
 
@@ -577,7 +580,7 @@ ProbeStatus DeviceProbe::status() const {
                      .calibration = &outputs_.front().calibration()};
   const std::scoped_lock lock(mutex_);
   status.device = published_;
-  status.lacks = lacks_;
+  status.faults = published_faults_;
   return status;
 }
 

@@ -135,11 +135,12 @@ class DeviceProbe final : public Probe {
   std::uint64_t bytes_at_last_sense_ = 0;
   bool silence_reported_ = false;
 
-  DeviceCounts counts_;  ///< of the probe thread
+  DeviceCounts counts_;               ///< of the probe thread, as are
+  std::vector<OutputFaults> faults_;  ///< of each output
   DeviceNotices notices_;
   mutable std::mutex mutex_;
-  DeviceCounts published_;          ///< guarded by mutex_, as is
-  std::vector<std::string> lacks_;  ///< ProbeStatus::lacks
+  DeviceCounts published_;                      ///< guarded by mutex_, as are
+  std::vector<OutputFaults> published_faults_;  ///< of each output
 };
 
 }  // namespace merkel

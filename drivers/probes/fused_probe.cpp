@@ -204,6 +204,12 @@ ProbeStatus FusedProbe::status() const {
   for (const Member& member : members_) {
     const ProbeStatus of_member = member.probe->status();
     status.connected = status.connected && of_member.connected;
+    for (const OutputFaults& faults : of_member.faults) {
+      OutputFaults& all = status.faults.empty() ? status.faults.emplace_back() : status.faults[0];
+      if (all.lack.empty()) all.lack = faults.lack;
+      all.saturated += faults.saturated;
+      all.outside_calibration += faults.outside_calibration;
+    }
     const auto& counts = of_member.device;
     if (!counts) continue;
     if (!sum) {

@@ -83,6 +83,7 @@ Expected<std::unique_ptr<Probe>, SetupError> RecordedOutputs::split(
     outputs->calibrations_.push_back(std::move(*calibration));
   }
   outputs->watches_.resize(parts.size());
+  outputs->faults_.resize(parts.size());
   outputs->valued_.resize(parts.size());
   return outputs;
 }
@@ -100,7 +101,7 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
   const ProbeColumns& whole = waiting_.columns().of(0);
   DeviceReading reading;
   std::vector<std::string> notices;
-  DeviceCounters counts;
+  const std::scoped_lock lock(mutex_);
   for (; next_ < waiting_.size() && readings.room() > 0; ++next_) {
     const ProbeSample from = whole.sample(waiting_.head(next_), waiting_.row(next_));
     for (std::size_t i = 0; i < kPressChannels.size(); ++i) {
@@ -122,6 +123,8 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
       const bool is_outside = calibrations_[i].is_outside(sample);
       if (is_outside) sample.set_doubts(sample.doubts() | ProbeSample::kOutsideCalibration);
       watches_[i].take(is_saturated, is_outside, from.time, infos_[i], notices);
+      faults_[i].saturated += is_saturated ? 1 : 0;
+      faults_[i].outside_calibration += is_outside ? 1 : 0;
       saturated = saturated || is_saturated;
       outside = outside || is_outside;
       const bool valued = plausible(sample);
@@ -135,13 +138,11 @@ Expected<std::size_t, ProbeError> RecordedOutputs::read(Readings& readings,
       valued_[i] = valued_[i] || valued;
       if (columns.further > 0) std::ranges::copy(further, columns.further_in(row).begin());
     }
-    ++counts.readings;
-    if (saturated) ++counts.saturated;
-    if (outside) ++counts.outside_calibration;
+    ++counts_.readings;
+    if (saturated) ++counts_.saturated;
+    if (outside) ++counts_.outside_calibration;
   }
   for (std::string& sentence : notices) add_notice(std::move(sentence));
-  const std::scoped_lock lock(mutex_);
-  merge(counts_, counts);
   return readings.size();
 }
 
@@ -149,6 +150,7 @@ ProbeStatus RecordedOutputs::status() const {
   ProbeStatus status = ForwardingProbe::status();
   const std::scoped_lock lock(mutex_);
   if (counts_.saturated + counts_.outside_calibration > 0) status.device = counts_;
+  status.faults = faults_;
   return status;
 }
 

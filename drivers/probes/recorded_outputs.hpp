@@ -54,8 +54,9 @@ class RecordedOutputs final : public ForwardingProbe {
   std::vector<bool> valued_;  ///< has had a value
   Readings waiting_;          ///< read, but not yet split
   std::size_t next_ = 0;      ///< of those
-  mutable std::mutex mutex_;  ///< guards counts_
-  DeviceCounts counts_;       ///< readings, and those that a calibration does not cover
+  mutable std::mutex mutex_;  ///< guards the counts of readings that a calibration does not cover:
+  DeviceCounts counts_;
+  std::vector<OutputFaults> faults_;  ///< of each output
 };
 
 }  // namespace merkel

@@ -13,12 +13,15 @@ namespace merkel {
 namespace {
 
 /// A run of 1000 ticks and 100 spikes with one sink, to which something happens.
-std::vector<Finding> findings(const std::function<void(RunReport&)>& happen) {
-  const TactileModel model = *TactileModel::create({});
+std::vector<Finding> findings(const std::function<void(RunReport&)>& happen,
+                              std::size_t probes = 1) {
+  TactileModel::Parameters parameters;
+  parameters.indenters.resize(probes);
+  const TactileModel model = *TactileModel::create(parameters);
   RunReport report;
   report.ticks = 1000;
   report.spikes = 100;
-  report.probes.resize(1);
+  report.probes.resize(probes);
   report.sinks.push_back({.uri = "zmq:", .spikes_in = 100, .delivered = 100});
   happen(report);
   return verdict_of(report, model);
@@ -337,6 +340,29 @@ TEST(Verdict, LateSamplesNameTheKeyThatLimitsTheDelay) {
   EXPECT_TRUE(has(remedy(false, {}), "increase [probe] delay_ms, or remove the key"));
   EXPECT_TRUE(has(remedy(true, std::chrono::milliseconds{50}), "[probe] max_delay_ms above 50"));
   EXPECT_TRUE(has(remedy(true, {}), "merkel doctor"));
+}
+
+TEST(Verdict, AFaultOfADeviceWithSeveralProbesNamesTheDeviceOrTheRightProbe) {
+  const auto all = findings(
+      [](RunReport& report) {
+        for (auto& probe : report.probes) {
+          probe.device.emplace().outside_calibration = 3;
+          probe.device->refused = 7;
+          probe.device->outages = 1;
+        }
+        report.probes[0].uri = "tcp:x?protocol=csv#thumb_N";
+        report.probes[1].uri = "tcp:x?protocol=csv#index_N";
+        report.probes[1].shares_device = true;
+        report.probes[1].faults.outside_calibration = 3;
+      },
+      2);
+  ASSERT_EQ(all.size(), 3U);
+  for (const Finding& finding : all) {
+    EXPECT_EQ(finding.facts["uri"], finding.kind == "outside_calibration"
+                                        ? "tcp:x?protocol=csv#index_N"
+                                        : "tcp:x?protocol=csv")
+        << finding.sentence;
+  }
 }
 
 TEST(Verdict, LateTicksFailStrictRunsOnly) {

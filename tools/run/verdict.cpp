@@ -7,6 +7,7 @@
 
 #include "core/contact/sliding_contact.hpp"
 #include "core/units.hpp"
+#include "drivers/probes/channel_selection.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/endless_touch.hpp"
@@ -37,7 +38,7 @@ constexpr const char* kSlowHost =
 constexpr const char* kNoValue =
     "check its sensors and their wiring, and what its device names and sends";
 constexpr const char* kRefused =
-    "check the units and the zero, or increase [probe] max_force_N or max_depth_mm";
+    "check its sensors, their units and their zeros, or increase [probe] max_force_N or max_depth_mm";
 
 constexpr const char* kDamaged =
     "check its cable and what else is on its line or port, what it is set to send, and the options "
@@ -83,7 +84,18 @@ class RunChecks {
     if (!probe.device && !probe.timing) return;  // recordings lose nothing
     check_touch(probe);
     check_samples(probe);
-    if (probe.device && !probe.shares_device) check_device(probe, *probe.device);
+    if (!probe.device) return;
+    check_range(probe, *probe.device);
+    if (!probe.shares_device) check_device(probe, *probe.device);
+  }
+
+  void check_range(const RunReport::ProbeReport& probe, const DeviceCounts& device) {
+    const auto add_count = [&](Severity severity, const char* kind, std::uint64_t count) {
+      if (count == 0) return;
+      add(severity, share(count, device.readings), kind, {{"uri", probe.uri}, {kind, count}});
+    };
+    add_count(Severity::kNote, "saturated", probe.faults.saturated);
+    add_count(Severity::kLoss, "outside_calibration", probe.faults.outside_calibration);
   }
 
   /// A zero that should be tracked: it has a threshold of contact, and its level at rest changed.
@@ -206,7 +218,7 @@ class RunChecks {
     };
     if (probe.device && probe.device->outages > 0 && !probe.shares_device) {
       add(severity_of(outage_s), outage_s / std::max({run_s, outage_s, 1e-9}), "unplugged",
-          {{"uri", probe.uri}, {"outages", probe.device->outages}, {"time_s", outage_s}});
+          {{"uri", device_of(probe)}, {"outages", probe.device->outages}, {"time_s", outage_s}});
     }
     const double lost_s = released_s - outage_s;
     if (lost_s <= kShortRelease_s) return;
@@ -217,13 +229,13 @@ class RunChecks {
     const double refused_s =
         probe.device && rate_Hz > 0.0 ? static_cast<double>(probe.device->refused) / rate_Hz : 0.0;
     const bool refused = refused_s > 0.5 * lost_s;
-    const bool no_value = refused && !probe.lack.empty();
+    const bool no_value = refused && !probe.faults.lack.empty();
     const bool failure = severity_of(lost_s) == Severity::kFailure;
     add(severity_of(lost_s), weight, no_value ? "no_value" : (failure ? "touch_lost" : "released"),
         {{"uri", probe.uri},
          {"lost_s", lost_s},
          {"run_s", run_s},
-         {"lack", probe.lack},
+         {"lack", probe.faults.lack},
          {"refused", refused},
          {"remedy", no_value ? kNoValue : kRefused}});
   }
@@ -232,9 +244,9 @@ class RunChecks {
   void check_taxels(std::size_t i) {
     const RunReport::ProbeReport& probe = report_.probes[i];
     const bool array = model_.parameters().indenters[i].taxels() != nullptr;
-    if (!array || probe.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
+    if (!array || probe.faults.lack.empty() || probe.press_range.most_force_mN > 0.0) return;
     add(Severity::kFailure, 1.0, "felt_nothing",
-        {{"uri", probe.uri}, {"lack", probe.lack}, {"remedy", kNoValue}});
+        {{"uri", probe.uri}, {"lack", probe.faults.lack}, {"remedy", kNoValue}});
   }
 
   void check_samples(const RunReport::ProbeReport& probe) {
@@ -273,11 +285,17 @@ class RunChecks {
            "machine";
   }
 
+  /// The URI of its device, which may feed other probes.
+  static std::string device_of(const RunReport::ProbeReport& probe) {
+    return split_fragment(probe.uri).first;
+  }
+
   void check_device(const RunReport::ProbeReport& probe, const DeviceCounts& device) {
+    const std::string uri = device_of(probe);
     const std::uint64_t wrong = device.lost + device.damaged + device.refused;
     if (wrong > 0) {
       add(Severity::kLoss, share(wrong, device.readings + wrong), "lost",
-          {{"uri", probe.uri},
+          {{"uri", uri},
            {"lost", device.lost},
            {"damaged", device.damaged},
            {"refused", device.refused},
@@ -286,7 +304,7 @@ class RunChecks {
     }
     if (device.distrusted > 0) {
       add(Severity::kLoss, share(device.withheld, device.readings + device.withheld), "distrusted",
-          {{"uri", probe.uri},
+          {{"uri", uri},
            {"distrusted", device.distrusted},
            {"withheld", device.withheld},
            {"sent", wrong > 0 ? "" : device.unexpected},
@@ -294,21 +312,15 @@ class RunChecks {
     }
     if (device.age_ms > kOld_ms) {
       add(Severity::kLoss, 1.0, "bursts",  // of all samples: the cause of held and released ticks
-          {{"uri", probe.uri},
+          {{"uri", uri},
            {"largest_batch", device.largest_batch},
            {"age_ms", device.age_ms},
-           {"tcp", probe.uri.starts_with("tcp:")}});
+           {"tcp", uri.starts_with("tcp:")}});
     }
     if (device.clock_mistrusted) {
       add(Severity::kLoss, 0.0, "clock_mistrusted",
-          {{"uri", probe.uri}, {"clock_rate", device.clock_rate}});
+          {{"uri", uri}, {"clock_rate", device.clock_rate}});
     }
-    const auto add_count = [&](Severity severity, const char* kind, std::uint64_t count) {
-      if (count == 0) return;
-      add(severity, share(count, device.readings), kind, {{"uri", probe.uri}, {kind, count}});
-    };
-    add_count(Severity::kNote, "saturated", device.saturated);
-    add_count(Severity::kLoss, "outside_calibration", device.outside_calibration);
   }
 
   void check_loop() {

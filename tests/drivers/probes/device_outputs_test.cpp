@@ -124,6 +124,30 @@ TEST(DeviceOutputs, ARecordingOutsideItsCalibrationIsCountedAndNamed) {
   EXPECT_TRUE(open_probe("replay:" + trace + "?force_N_per_V=1.00&calibration=" + calibration));
 }
 
+TEST(DeviceOutputs, ReadingsThatACalibrationDoesNotCoverAreThoseOfTheirProbe) {
+  const TemporaryFolder folder;
+  const std::string calibration =
+      folder.file("c.toml",
+                  "index_N_per_V = 1.0\n[force]\nsource = \"index_N\"\nrange = [0.0, 0.2]\n"
+                  "saturation = 0.25\n");
+  const LinePrinter printer("0.5, 0.3");
+  const std::string trace = folder.file("t.csv", "time_s,thumb_V,index_V\n0,0.5,0.3\n1,0.5,0.3\n");
+  for (const std::string& uri :
+       {uri_of(printer, "thumb_V,index_V") + "&", "replay:" + trace + "?"}) {
+    DeviceUri device = device_of(uri + "thumb_N_per_V=1", {"thumb_N", "index_N"});
+    device.calibrations = {"", calibration};
+    const auto probe = open_device(device);
+    ASSERT_TRUE(probe) << probe.error().sentence;
+    static_cast<void>(read_from(**probe, 2));
+    const ProbeStatus status = (*probe)->status();
+    ASSERT_EQ(status.faults.size(), 2U) << uri;
+    EXPECT_EQ(status.faults[0].outside_calibration + status.faults[0].saturated, 0U) << uri;
+    EXPECT_EQ(status.faults[1].outside_calibration, status.device->outside_calibration) << uri;
+    EXPECT_EQ(status.faults[1].saturated, status.device->saturated) << uri;
+    EXPECT_GE(status.faults[1].saturated, 2U) << uri;
+  }
+}
+
 TEST(DeviceOutputs, ChannelsThatAreNotKeptAreReported) {
   const LinePrinter printer(
       "1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,19,20,21,22,23,24,25,26,27,28,29,30,31,32,33,"
