@@ -8,6 +8,8 @@
 #include "tests/text_has.hpp"
 #include "tools/number_text.hpp"
 #include "tools/run/endless_touch.hpp"
+#include "tools/run/run_summary.hpp"
+#include "tools/scene/scene_presets.hpp"
 
 namespace merkel {
 namespace {
@@ -363,6 +365,22 @@ TEST(Verdict, AFaultOfADeviceWithSeveralProbesNamesTheDeviceOrTheRightProbe) {
                                         : "tcp:x?protocol=csv")
         << finding.sentence;
   }
+}
+
+TEST(Summary, CommandsThatWereNotPassedOnAreThoseOfTheirSink) {
+  const Scene scene = *preset_scene("paper");
+  const TactileModel model = *TactileModel::create(scene.model);
+  RunReport report;
+  report.probes.resize(1);
+  report.spikes_of_neuron.resize(model.neurons());
+  report.contact_spikes_of_neuron.resize(model.neurons());
+  report.contact_ticks_of_patch.resize(1);
+  report.commands_refused = 3;
+  report.sinks = {{.uri = "stim-csv:a", .commands_in = 10, .commands_refused = 3},
+                  {.uri = "stim-csv:b", .commands_in = 10}};
+  const std::string text = summary_text(summary_json(report, model, {}, scene), false);
+  EXPECT_TRUE(has(text, "sink stim-csv:a: 10 commands in, 3 not passed on\n")) << text;
+  EXPECT_TRUE(has(text, "sink stim-csv:b: 10 commands in\n")) << text;
 }
 
 TEST(Verdict, LateTicksFailStrictRunsOnly) {

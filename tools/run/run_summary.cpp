@@ -64,15 +64,14 @@ Json probe_json(const RunReport& report, const TactileModel& model, std::size_t 
 }
 
 Json sink_json(const RunReport::OfSink& sink) {
-  Json json = {{"uri", sink.uri},
-               {"spikes_in", sink.spikes_in},
-               {"delivered", sink.delivered},
-               {"dropped", sink.dropped},
-               {"lost", sink.lost()}};
-  if (sink.commands_in > 0) json["commands_in"] = sink.commands_in;
-  if (sink.commands_refused > 0) json["commands_refused"] = sink.commands_refused;
-  json["error_message"] = sink.error_message;
-  return json;
+  return {{"uri", sink.uri},
+          {"spikes_in", sink.spikes_in},
+          {"delivered", sink.delivered},
+          {"dropped", sink.dropped},
+          {"lost", sink.lost()},
+          {"commands_in", sink.commands_in},
+          {"commands_refused", sink.commands_refused},
+          {"error_message", sink.error_message}};
 }
 
 /// The deepest press of the patch's first probe that touched it; null if none did.
