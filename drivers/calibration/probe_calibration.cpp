@@ -57,18 +57,22 @@ bool ProbeCalibration::saturated(const DeviceReading& reading) const noexcept {
   return false;
 }
 
-bool ChannelCalibration::is_outside(double press) const noexcept {
+bool ChannelCalibration::is_outside(double press, bool either_sign) const noexcept {
   if (!range) return false;
   constexpr double kShare = 0.02;
   constexpr double kNoises = 5.0;
   const auto [least, most] = *range;
   const double tolerance = kShare * (most - least) + kNoises * noise;
-  return press > most + tolerance || (press > 0.0 && press < least - tolerance);
+  const auto beyond = [tolerance](double value, double from, double to) {
+    const double highest = to > 0.0 ? to : -from;  // points of the other sign cover as much
+    return value > highest + tolerance || (value > 0.0 && value < from - tolerance);
+  };
+  return beyond(press, least, most) || (either_sign && beyond(-press, -most, -least));
 }
 
 bool ProbeCalibration::is_outside(const ProbeSample& sample) const noexcept {
-  return (channels[0] && channels[0]->is_outside(sample.depth_mm)) ||
-         (channels[1] && channels[1]->is_outside(units::N_from_mN(sample.force_mN)));
+  return (channels[0] && channels[0]->is_outside(sample.depth_mm, false)) ||
+         (channels[1] && channels[1]->is_outside(units::N_from_mN(sample.force_mN), true));
 }
 
 std::uint32_t ProbeCalibration::channels_of_file() const {

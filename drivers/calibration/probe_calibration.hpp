@@ -36,7 +36,8 @@ struct ChannelCalibration {
   /// The name of its source without the unit: "force", "z", "thumb".
   [[nodiscard]] std::string stem() const;
   /// True if a press, in N or mm, is beyond the range by more than 2 % of it and the noise.
-  [[nodiscard]] bool is_outside(double press) const noexcept;
+  /// \param either_sign  a negative one is a press too: sensors may report compression as negative
+  [[nodiscard]] bool is_outside(double press, bool either_sign) const noexcept;
 };
 
 /// Converts a device's readings to samples; applied once, in the driver.

@@ -54,6 +54,29 @@ TEST(CalibrationFit, ABentSensorLeavesAResidual) {
   EXPECT_NEAR(fit_calibration({}, points)->residual, 0.0390, 1e-3);
 }
 
+TEST(ChannelCalibration, APressOfEitherSignIsComparedWithTheKnownPoints) {
+  const auto outside = [](std::array<double, 2> range, double force_N) {
+    ProbeCalibration calibration;
+    calibration.channels[1] = {.range = range};
+    return calibration.is_outside({.force_mN = 1e3 * force_N, .channels = ProbeSample::kForce});
+  };
+  for (const double sign : {1.0, -1.0}) {
+    EXPECT_FALSE(outside({0.0, 0.5}, sign * 0.505)) << sign;
+    EXPECT_TRUE(outside({0.0, 0.5}, sign * 0.52)) << sign;
+    EXPECT_FALSE(outside({-0.5, 0.0}, sign * 0.505)) << sign;
+    EXPECT_TRUE(outside({-0.5, 0.0}, sign * 0.52)) << sign;
+    EXPECT_TRUE(outside({0.2, 0.5}, 0.1));
+    EXPECT_TRUE(outside({-0.5, -0.2}, -0.1));
+  }
+  EXPECT_FALSE(outside({-2.0, 0.5}, -1.9));
+  EXPECT_TRUE(outside({-2.0, 0.5}, -2.1));
+  EXPECT_TRUE(outside({-2.0, 0.5}, 0.6));
+  // A stage is far above the skin.
+  ProbeCalibration depth;
+  depth.channels[0] = {.range = {{0.0, 2.0}}};
+  EXPECT_FALSE(depth.is_outside({.depth_mm = -20.0, .channels = ProbeSample::kDepth}));
+}
+
 TEST(CalibrationFit, UninformativePointsAreRefused) {
   Random random(6);
   const auto sentence = [](std::span<const CalibrationPoint> points) {
