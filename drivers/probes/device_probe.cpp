@@ -245,6 +245,7 @@ bool DeviceProbe::exchange(Time until) {
   follow_restarts(arrival);
   if (!count) return false;
   if (*count > 0) {
+    end_outage(arrival);
     const auto bytes = std::span<const std::uint8_t>(buffer_).first(*count);
     if (heard_.size() < kHeardBytes && !started_)
       heard_.insert(heard_.end(), bytes.begin(), bytes.end());
@@ -360,11 +361,15 @@ void DeviceProbe::disconnected(Time time) {
     take_readings();
     return;
   }
-  lost_since_ = time;
-  backoff_ = kFirstBackoff;
+  if (std::exchange(away_, true)) {  // its port opens, and closes again
+    backoff_ = std::min<Time>(2 * backoff_, kMaxBackoff);
+  } else {
+    lost_since_ = time;
+    backoff_ = kFirstBackoff;
+    ++counts_.outages;
+    notice(name_ + " is disconnected: the press is released until it returns");
+  }
   try_again_ = time + backoff_;
-  ++counts_.outages;
-  notice(name_ + " is disconnected: the press is released until it returns");
   // Readings from before the disconnection are still valid.
   take_readings();
 }
@@ -375,19 +380,24 @@ bool DeviceProbe::connect_again(Time until) {
   if (now() < try_again_) return false;
   if (transport_->reopen()) {
     const Time time = now();
-    counts_.outage_ns += static_cast<std::uint64_t>((time - lost_since_).count());
     connected_ = true;
     stream_.outgoing.clear();
     protocol_->begin(time, stream_);
     log_.opened(time);
     last_sense_ = time;
-    const std::chrono::duration<double> outage = time - lost_since_;
-    notice(name_ + printed(" is back after %.3g s", outage.count()));
     return true;
   }
   backoff_ = std::min<Time>(2 * backoff_, kMaxBackoff);
   try_again_ = now() + backoff_;
   return false;
+}
+
+/// A port that opens has not sent anything yet.
+void DeviceProbe::end_outage(Time time) {
+  if (!std::exchange(away_, false)) return;
+  counts_.outage_ns += static_cast<std::uint64_t>((time - lost_since_).count());
+  const std::chrono::duration<double> outage = time - lost_since_;
+  notice(name_ + printed(" is back after %.3g s", outage.count()));
 }
 
 void DeviceProbe::take_readings() {
@@ -567,7 +577,7 @@ void DeviceProbe::publish() {
   if (counts_.unexpected.empty() && !stream_.rejected.empty()) {
     counts_.unexpected = answer_and_expected(stream_.rejected, expected());
   }
-  const Time present_outage = connected_ || !settings_.live ? Time{0} : now() - lost_since_;
+  const Time present_outage = away_ ? now() - lost_since_ : Time{0};
   const std::scoped_lock lock(mutex_);
   published_ = counts_;
   published_faults_ = faults_;

@@ -86,6 +86,7 @@ class DeviceProbe final : public Probe {
   bool send();
   void disconnected(Time now);
   bool connect_again(Time until);
+  void end_outage(Time now);
   void start();
   void discard_old_input();
   void follow_restarts(Time now);
@@ -124,6 +125,7 @@ class DeviceProbe final : public Probe {
   bool overran_ = false;  ///< the readings lost by that are not counted yet
   bool started_ = false;
   std::atomic<bool> connected_{true};
+  bool away_ = false;  ///< it was disconnected, and has sent nothing since
   Time lost_since_{0};
   Time try_again_{0};
   Time backoff_{0};

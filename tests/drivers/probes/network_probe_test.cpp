@@ -1,6 +1,7 @@
 // Probes over the network, on loopback.
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <thread>
 
 #include <arpa/inet.h>
@@ -309,6 +310,70 @@ TEST(NetworkProbe, ABrokenConnectionIsMadeAgain) {
   ASSERT_GE(read_samples(**probe, 800).size(), 800U);
   EXPECT_EQ((*probe)->device_counts()->outages, 1U);
   EXPECT_GT((*probe)->device_counts()->lost, 50U);
+}
+
+/// A server that prints lines to its first client until it is told to hang up, hangs up on the next
+/// clients at once, and then serves again.
+class BusyServer {
+ public:
+  explicit BusyServer(int busy) : busy_(busy) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(address);
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), size), 0);
+    EXPECT_EQ(::listen(listener_, 8), 0);
+    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      serve([this] { return hung_up_.load(); });
+      for (int k = 0; k < busy_; ++k) ::close(::accept(listener_, nullptr, nullptr));
+      serve([&] { return stop.stop_requested(); });
+    });
+  }
+  ~BusyServer() {
+    hang_up();
+    ::shutdown(listener_, SHUT_RDWR);  // ends accept()
+    thread_ = {};
+    ::close(listener_);
+  }
+  void hang_up() { hung_up_ = true; }
+  [[nodiscard]] std::string uri() const {
+    return "tcp:127.0.0.1:" + std::to_string(port_) + "?protocol=csv&columns=force_N";
+  }
+
+ private:
+  void serve(const std::function<bool()>& over) const {
+    const int client = ::accept(listener_, nullptr, nullptr);
+    for (; client >= 0 && !over(); std::this_thread::sleep_for(milliseconds{1})) {
+      static_cast<void>(::send(client, "0.25\n", 5, MSG_NOSIGNAL));
+    }
+    ::close(client);
+  }
+
+  int busy_;
+  int listener_ = ::socket(AF_INET, SOCK_STREAM, 0);
+  std::uint16_t port_ = 0;
+  std::atomic<bool> hung_up_{false};
+  std::jthread thread_;
+};
+
+TEST(NetworkProbe, AServerThatHangsUpAtOnceIsNoDeviceThatIsBack) {
+  BusyServer server(4);
+  auto probe = open_probe(server.uri());
+  ASSERT_TRUE(probe.has_value()) << probe.error().sentence;
+  ASSERT_GE(read_samples(**probe, 50).size(), 50U);
+  server.hang_up();
+  std::vector<std::string> notices;
+  for (int reads = 0; reads < 1000 && notices.size() < 2; ++reads) {
+    static_cast<void>(read_samples(**probe, 1));
+    for (std::string& notice : (*probe)->take_notices()) notices.push_back(std::move(notice));
+  }
+  ASSERT_EQ(notices.size(), 2U);
+  EXPECT_NE(notices[0].find("is disconnected"), std::string::npos) << notices[0];
+  EXPECT_NE(notices[1].find("is back after"), std::string::npos) << notices[1];
+  EXPECT_EQ((*probe)->device_counts()->outages, 1U);
+  EXPECT_GE((*probe)->device_counts()->outage_ns, 750'000'000U);  // 50 + 100 + 200 + 400 ms
 }
 
 TEST(NetworkProbe, WrongAddressesAreNamed) {
