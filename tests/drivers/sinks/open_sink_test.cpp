@@ -2,6 +2,9 @@
 
 #include <array>
 #include <filesystem>
+#include <regex>
+#include <set>
+#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -33,6 +36,33 @@ TEST(OpenSink, AnUnknownSchemeListsTheKnown) {
        {"csv:", "gdf:", "phy:", "sonata:", "nwb:", "xdf:", "zmq:", "osc:", "lsl:", "view:"}) {
     EXPECT_TRUE(has(sentence, scheme)) << scheme;
   }
+}
+
+TEST(OpenSink, TheHelpNamesEveryOption) {
+  const TemporaryFolder folder;
+  std::istringstream help(sink_options_help());
+  std::size_t compared = 0;
+  for (std::string line; std::getline(help, line);) {
+    const auto options = line.find(": ");
+    if (!line.starts_with("  ") || options == std::string::npos) continue;
+    std::string uri = line.substr(2, options - 2);
+    if (const auto file = uri.find(":FILE"); file != std::string::npos) {
+      uri.replace(file + 1, 4, folder.path("x"));
+    }
+    const std::string sentence = refusal(uri + "?foo=1");
+    const std::string known = "the known ones are: ";
+    const auto place = sentence.find(known);
+    if (place == std::string::npos) continue;  // the sink was not built, or needs electrodes
+    const auto names = [](std::string text) {
+      const std::string bare = std::regex_replace(text, std::regex(" [(][^)]*[)]"), "");
+      const std::regex name("[a-z_]+");
+      return std::set<std::string>(std::sregex_token_iterator(bare.begin(), bare.end(), name), {});
+    };
+    EXPECT_EQ(names(line.substr(options + 2)), names(sentence.substr(place + known.size())))
+        << line;
+    ++compared;
+  }
+  EXPECT_GE(compared, 6U);
 }
 
 TEST(OpenSink, OtherMachinesNeedToBeAllowed) {
