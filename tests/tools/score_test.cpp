@@ -422,6 +422,25 @@ TEST(ScoreCommand, TakesRecordedPressesWithTheirSpikes) {
   EXPECT_NE(missing.err.find("no.csv"), std::string::npos) << missing.err;
 }
 
+TEST(ScoreCommand, ATrialWithoutSpikesIsNotLeftOut) {
+  const TemporaryFolder folder;
+  static_cast<void>(folder.file("press.csv", "time_s,force_N\n0,0\n0.1,0.2\n0.9,0.2\n1,0\n"));
+  const auto score = [&](const std::string& spikes, const char* out) {
+    const std::string data = folder.file(
+        "d.json",
+        R"({"trials": [{"cite": "x", "radius_mm": 3, "trace": "press.csv", )" + spikes + "}]}");
+    return run_program(
+        {"score", "--data", data, "--trials", "1", "--out", folder.path(out), "--overwrite"});
+  };
+  static_cast<void>(folder.file("spikes.csv", "time_s,trial\n0.3,1\n0.4,3\n"));
+  const auto refused = score(R"("spikes": "spikes.csv")", "s");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(has(refused.err, "spikes of the trials 1 and 3, but none of trial 2")) << refused.err;
+  const auto advised = score(R"("spike_times_s": [[0.3], [], [0.4]])", "s");
+  EXPECT_EQ(advised.exit_code, 0) << advised.err;
+  EXPECT_TRUE(has(advised.out, "3 recorded trials")) << advised.out;
+}
+
 TEST(ScoreCommand, ThePhasesOfAPressAreThoseOfItsContact) {
   const TemporaryFolder folder;
   std::string trace = "time_s,force_N\n";

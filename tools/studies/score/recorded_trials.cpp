@@ -23,7 +23,9 @@ using Trains = std::vector<std::vector<double>>;
 /// Reads rows of time_s and the number of the trial or neuron.
 Expected<Trains, SetupError> read_spikes(const std::string& path) {
   std::map<long, std::vector<double>> trains;
+  bool of_neurons = false;
   const auto read = read_rows(path, [&](std::string_view row) -> const char* {
+    of_neurons = of_neurons || row == "time_s,neuron";
     if (row == "time_s,trial" || row == "time_s,neuron") return nullptr;
     const auto time_s = parse_number(take_field(row));
     const auto trial = parse_number(take_field(row));
@@ -36,7 +38,17 @@ Expected<Trains, SetupError> read_spikes(const std::string& path) {
   });
   if (!read) return Unexpected<SetupError>(read.error());
   Trains all;
-  for (auto& [trial, train] : trains) all.push_back(std::move(train));
+  for (auto& [trial, train] : trains) {
+    const long next = trains.begin()->first + static_cast<long>(all.size());
+    if (trial != next && !of_neurons) {
+      return bad_input(fmt::format(
+          "{} has spikes of the trials {} and {}, but none of trial {}: if it had no spikes, write "
+          "all trials as spike_times_s, with [] for it; if it was left out, number the others "
+          "without a gap",
+          path, next - 1, trial, next));
+    }
+    all.push_back(std::move(train));
+  }
   if (all.empty()) return bad_input(path + " holds no spikes");
   return all;
 }
