@@ -66,7 +66,8 @@ Expected<ChannelCalibration, SetupError> fit_calibration(const ChannelCalibratio
     if (point.readings.size() < kMinReadings) {
       return bad_input("at " + shortest_decimal(point.known) + " only " +
                        std::to_string(point.readings.size()) + " readings arrived: at least " +
-                       std::to_string(kMinReadings) + " are needed; measure longer");
+                       std::to_string(kMinReadings) +
+                       " are needed; check that the device sends, and measure longer");
     }
     const auto count = static_cast<double>(point.readings.size());
     const double mean = std::accumulate(point.readings.begin(), point.readings.end(), 0.0) / count;

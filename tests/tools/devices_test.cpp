@@ -13,6 +13,7 @@
 #include "tests/drivers/simulation/line_printer.hpp"
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 
 namespace merkel {
@@ -264,6 +265,21 @@ TEST(Devices, CalibrateWritesAFileThatTheUriCanName) {
   const auto recording = run_program({"calibrate", "sim:ramp", folder.path("e.toml")});
   EXPECT_EQ(recording.exit_code, 2);
   EXPECT_NE(recording.err.find("only a device can be calibrated"), std::string::npos);
+}
+
+TEST(Devices, EachCommandThatMeasuresReportsADeviceThatGoes) {
+  const TemporaryFolder folder;
+  const SimulatedFaults unplugged{.unplug_at = milliseconds{500},
+                                  .unplug_for = milliseconds{60'000}};
+  for (const bool doctor : {false, true}) {
+    RunningDevice device("hbf1", unplugged, folder.path("tty"));
+    const auto run = run_program(
+        doctor ? std::vector<std::string>{"doctor", "--probe", device.uri(), "--seconds", "3"}
+               : std::vector<std::string>{"calibrate", device.uri(), folder.path("c.toml"),
+                                          "--points", "0,1", "--seconds", "2"});
+    EXPECT_TRUE(has(run.err, " is disconnected")) << doctor << run.err;
+    EXPECT_TRUE(doctor || has(run.err, "check that the device sends")) << run.err;
+  }
 }
 
 TEST(Devices, ARunThatLostTouchSaysSoAndFails) {

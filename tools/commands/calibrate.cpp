@@ -143,6 +143,7 @@ Expected<void, SetupError> read_for(Probe& probe, double seconds, TerminalLine& 
   ReadingBar bar;
   while (std::chrono::steady_clock::now() < end) {
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
+    terminal.print_notices(probe.take_notices());
     if (!count) return unavailable(probe.error_message());
     std::optional<LiveReading> live;
     for (std::size_t i = 0; i < *count; ++i) {

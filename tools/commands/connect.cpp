@@ -198,6 +198,7 @@ Expected<ProbeCalibration, SetupError> find_skin(Probe& probe, double seconds) {
   while (!stopped && std::chrono::steady_clock::now() < end) {
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return unavailable(probe.error_message());
+    for (const std::string& sentence : probe.take_notices()) warn(sentence);
     for (std::size_t i = 0; i < *count; ++i) {
       const auto sample = readings.sample(i);
       if (!sample) continue;

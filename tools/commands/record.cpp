@@ -180,9 +180,7 @@ int record(const RecordOptions& options) {
   std::optional<ProbeError> broken;
   while (!stop.load()) {
     const auto count = (*probe)->read(readings, std::chrono::milliseconds{100});
-    for (const std::string& sentence : (*probe)->take_notices()) {
-      terminal.print_line("merkel: " + sentence);
-    }
+    terminal.print_notices((*probe)->take_notices());
     if (!count) {
       if (count.error() != ProbeError::kEndOfStream) broken = count.error();
       break;

@@ -97,6 +97,7 @@ Expected<RestDrift, SetupError> measure_rest(Probe& probe, double seconds, Laten
     const auto count = probe.read(readings, std::chrono::milliseconds{50});
     if (!count) return unavailable(probe.error_message());
     if (reads != nullptr && *count > 0) reads->record(processor_time(::pthread_self()) - before);
+    terminal.print_notices(probe.take_notices());
     for (std::size_t i = 0; i < *count; ++i) {
       const auto sample = readings.sample(i);
       if (!sample) continue;

@@ -72,6 +72,10 @@ void TerminalLine::print_line(const std::string& sentence) {
   std::fflush(stderr);
 }
 
+void TerminalLine::print_notices(const std::vector<std::string>& notices) {
+  for (const std::string& sentence : notices) print_line("merkel: " + sentence);
+}
+
 void TerminalLine::clear() {
   if (shown_.empty()) return;
   std::fputs("\r\033[K", stderr);

@@ -24,6 +24,8 @@ class TerminalLine {
   void show(const std::vector<std::string>& fields);
   /// Prints a line above it.
   void print_line(const std::string& sentence);
+  /// Prints what a probe reports about its device.
+  void print_notices(const std::vector<std::string>& notices);
   void clear();
 
  private:
