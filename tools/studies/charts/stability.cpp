@@ -60,17 +60,16 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
   for (std::size_t k = 0; k < names.size(); ++k) {
     const auto method = static_cast<IntegrationMethod>(k);
     double largest[4] = {0.0, 0.0, 0.0, 0.0};
-    bool right_so_far[4] = {true, true, true, true};
+    bool right[4] = {true, true, true, true};  ///< at all steps so far
     for (const double step_us : kSteps_us) {
-      bool right[4] = {true, true, true, true};
       for (std::size_t i = 0; i < currents.size(); ++i) {
         const auto driven =
             drive_neurons({currents[i]}, kSearch_ms, method, Precision::kDouble, step_us);
         const Outcome outcome =
             outcome_of(static_cast<int>(driven.spikes.size()), expected[i], driven.resets > 0);
         table.row({names[k]}, {step_us, currents[i], 0.0, static_cast<double>(outcome)});
-        if (currents[i] == 10.0) right[0] = outcome == kRight;
-        if (currents[i] <= 60.0) right[1] = right[1] && outcome == kRight;
+        right[0] = right[0] && (currents[i] != 10.0 || outcome == kRight);
+        right[1] = right[1] && (currents[i] > 60.0 || outcome == kRight);
       }
       for (std::size_t i = 0; i < gains.size(); ++i) {
         const auto network = LatticeCoupling::create({.gain = gains[i]}, 5, 4);
@@ -81,12 +80,11 @@ Expected<std::string, SetupError> make_stability_chart(const ReportFolder& folde
         const bool close = std::abs(spikes - expected_on_grid[i]) <= 5 + expected_on_grid[i] / 10;
         const Outcome outcome = driven.resets > 0 ? kDiverged : close ? kRight : kWrongCount;
         table.row({names[k]}, {step_us, 0.0, gains[i], static_cast<double>(outcome)});
-        if (gains[i] == 0.1) right[2] = outcome == kRight;
-        if (gains[i] == 25.0) right[3] = outcome == kRight;
+        right[2] = right[2] && (gains[i] != 0.1 || outcome == kRight);
+        right[3] = right[3] && (gains[i] != 25.0 || outcome == kRight);
       }
       for (int column = 0; column < 4; ++column) {
-        right_so_far[column] = right_so_far[column] && right[column];
-        if (right_so_far[column]) largest[column] = step_us;
+        if (right[column]) largest[column] = step_us;
       }
     }
     text += "| " + names[k] + " |";
