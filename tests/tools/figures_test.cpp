@@ -1,11 +1,19 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <sstream>
+#include <string>
+#include <vector>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
+#include "tools/studies/figures/figure.hpp"
 
 namespace merkel {
 namespace {
@@ -45,6 +53,66 @@ TEST(Figures, AreTablesPicturesAndAReport) {
   }
 }
 
+/// A part of the report; its tables are left in a folder.
+std::string part_in(const TemporaryFolder& folder, const std::vector<std::string>& names,
+                    const std::function<MakePart>& make) {
+  ReportTables tables;
+  for (const std::string& name : names) {
+    tables.emplace(name, *CsvTable::create(folder.path(name), "", false));
+  }
+  const auto text = make({.folder = folder.path("")}, tables);
+  for (auto& [name, table] : tables) EXPECT_TRUE(table.close());
+  return text ? *text : text.error().sentence;
+}
+
+TEST(Figures, TheEnergyDensityFallsFromItsPeakOn) {
+  const TemporaryFolder folder;
+  const std::string report = part_in(folder, {"fig5_depth.csv"}, make_depth_profiles);
+  for (const char* const part :
+       {"| 5 | 2 | 2.05 | 2.38 | annular |", "**not reproduced, it rises**",
+        "**not reproduced, it falls from its peak on**"}) {
+    EXPECT_TRUE(has(report, part)) << part << "\n" << report;
+  }
+}
+
+TEST(Figures, TheCentrePressCountsTheDrawsOfItsTable) {
+  const TemporaryFolder folder;
+  const std::string report = part_in(folder, {"fig6_centre_press.csv", "fig7_draws.csv"},
+                                     [](const ReportFolder& to, ReportTables& tables) {
+                                       return make_centre_press(to, tables, 12);
+                                     });
+  struct Draws {
+    int alone = 0, above = 0, more = 0;
+  };
+  std::map<std::string, Draws> draws;
+  std::istringstream rows(read_file(folder.path("fig7_draws.csv")));
+  std::vector<double> receptors, rates;  // of a draw's 20 afferents
+  for (std::string line; std::getline(rows, line);) {
+    char set[16];
+    double rate = 0.0, count = 0.0;
+    if (std::sscanf(line.c_str(), "%15[^,],%*f,%*f,%lf,%*f,%lf", set, &count, &rate) != 3) continue;
+    receptors.push_back(count);
+    rates.push_back(rate);
+    if (rates.size() < 20) continue;
+    Draws& of_set = draws[set];
+    const auto most = std::max_element(rates.begin(), rates.end());
+    of_set.alone += rates[12] == *most && rates[12] > rates[7];
+    of_set.more += receptors[17] > receptors[7];
+    of_set.above += receptors[17] > receptors[7] && rates[17] > rates[7];
+    receptors.clear();
+    rates.clear();
+  }
+  EXPECT_EQ(draws.size(), 2U);
+  for (const auto& [set, counts] : draws) {
+    EXPECT_GT(counts.more, 0) << set;
+    const std::string row = report.substr(report.find("| " + set + " |"));
+    EXPECT_TRUE(
+        has(row.substr(0, row.find('\n')),
+            fmt::format("| {} of 12 | {} of {} |", counts.alone, counts.above, counts.more)))
+        << row;
+  }
+}
+
 TEST(Figures, DoNotReplaceFilesUnasked) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path("f"));
@@ -72,6 +140,17 @@ TEST(Plots, AreTitledByNamesWithoutFolderAndExtension) {
   for (const char* const title : {"left/press", "right/press", "taps"}) {
     EXPECT_NE(svg.find("<!-- " + std::string(title) + " -->"), std::string::npos) << title;
   }
+}
+
+TEST(Plots, DrawATraceAndRefuseOtherFiles) {
+  const TemporaryFolder folder;
+  const auto run = run_program({"plot", "taps", "--out", folder.path("p.svg")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(has(read_file(folder.path("p.svg")), "<!-- depth (mm) -->"));
+  const std::string other = folder.file("notes.csv", "Monday\n");
+  const auto refused = run_program({"plot", other, "--out", folder.path("q.svg")});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(has(refused.err, other + " cannot be read as a session, as spikes or as a trace"));
 }
 
 TEST(Plots, DrawThePressOfASessionWithoutASimulation) {
