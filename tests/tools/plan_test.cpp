@@ -12,6 +12,7 @@
 #include "core/scene/tactile_patch.hpp"
 #include "core/units.hpp"
 #include "tests/sweep.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/filled_text.hpp"
 #include "tools/studies/plan/plan_report.hpp"
@@ -271,6 +272,15 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   EXPECT_NE(uncoupled.out.find("coupling: network.gain is 0"), std::string::npos);
 }
 
+TEST(Plan, CountsTheTicksWithoutTouch) {
+  Scene scene = scene_of(
+      "preset = \"goodwin\"\n[probe]\nuri = \"sim:ramp?depth_mm=1&ramp_s=0.03&hold_s=0.02\"\n");
+  const auto plan = make_plan(scene);
+  ASSERT_TRUE(plan) << plan.error().sentence;
+  // The touch lasts 80 ms.
+  EXPECT_NEAR((1.0 - plan->untouched_share) * plan->rehearsed_s, 0.08, 0.002);
+}
+
 /// What drives the contact of a plan, which must fire.
 std::string driven_by(const std::string& probe) {
   Scene scene = scene_of("preset = \"goodwin\"\n[probe]\n" + probe);
@@ -300,6 +310,11 @@ TEST(Plan, IsDrivenByTheReadingThatDrivesTheRun) {
             "probe.control is set to force, which the probe "
             "serial:/dev/ttyUSB0?protocol=csv&columns=time_us,depth_mm does not measure: change "
             "probe.control");
+  // Of several probes, the message has the one that is meant, and not the press in its place.
+  const std::string second = "serial:/dev/ttyUSB1?protocol=csv&columns=time_us,depth_mm";
+  Scene scene = scene_of("preset = \"goodwin\"\n[[probe]]\nuri = \"sim:ramp?force_N=0.1\"\n" +
+                         ("[[probe]]\nuri = \"" + second) + "\"\ncontrol = \"force\"\n");
+  EXPECT_TRUE(has(make_plan(scene).error().sentence, "which the probe " + second + " does not"));
 }
 
 TEST(Plan, RefusesThePressThatTheRunRefuses) {
