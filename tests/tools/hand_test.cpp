@@ -71,6 +71,7 @@ TEST(Hand, AChannelIsPlacedByAWholeWordOfItsName) {
   }
   EXPECT_EQ(patch_of("mid_N"), "middle");
   EXPECT_EQ(patch_of("thumbTip_N"), "thumb");
+  EXPECT_EQ(patch_of("lTHUMB_N"), "thumb");
   for (const char* const name : {"string1_N", "spring_N", "humid_N", "Spring_N", "SPRING_N",
                                  "handle_N", "tip_N", "finger_N"}) {
     EXPECT_EQ(patch_of(name), "") << name;

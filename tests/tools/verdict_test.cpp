@@ -293,6 +293,14 @@ TEST(Verdict, AForceThatNoFingerBearsIsNamed) {
     probe.press_range.most_depth_mm = 18.7;
   });
   EXPECT_EQ(run.sentence, "serial:x reported 20 N and 18.7 mm, which no finger bears");
+  const auto pressed_with = [](double force_mN) {
+    return of_device([force_mN](RunReport::ProbeReport& probe) {
+             probe.press_range.most_force_mN = force_mN;
+           })
+        .sentence;
+  };
+  EXPECT_EQ(pressed_with(15'000.0), "");
+  EXPECT_EQ(pressed_with(15'100.0), "serial:x reported 15.1 N, which no finger bears");
 }
 
 TEST(NumberText, HasNoExponentAndNoPluralOfOne) {
