@@ -23,6 +23,7 @@
 #include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tools/run/merged_sessions.hpp"
+#include "tools/run/session_alignment.hpp"
 #include "tools/scene/scene_presets.hpp"
 #include "tools/scene/session_scene.hpp"
 
@@ -267,6 +268,26 @@ TEST(Align, TwoHoursOfSpikesAreOnTheRecordersClockToATenthOfAMillisecond) {
   }
   EXPECT_EQ(step, 10 * kTwoHours_s);
   EXPECT_LT(largest_ms, 0.1);
+}
+
+TEST(SessionAlignment, IsReadWholeOrNotAtAll) {
+  const auto recorded = [](const char* session_ns, const char* to_ns) {
+    return parse_alignment(R"({"to": "TTL", "session_ns": )" + std::string(session_ns) +
+                           R"(, "to_ns": )" + to_ns + "}");
+  };
+  const auto read = recorded("[0, 1000]", "[5, 1005]");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->to, "TTL");
+  ASSERT_EQ(read->points.size(), 2U);
+  EXPECT_EQ(read->points[1].to, nanoseconds{1005});
+  const char* const good = "[0, 1000]";
+  for (const char* const bad : {"[0, \"1\"]", "[0, 0.5]", "[0, 9000000000000000000]",
+                                "[0, 18446744073709551615]", "[0]", "[]", "7"}) {
+    EXPECT_FALSE(recorded(bad, good)) << bad;
+    EXPECT_FALSE(recorded(good, bad)) << bad;
+  }
+  EXPECT_FALSE(recorded("[]", "[]"));
+  EXPECT_FALSE(parse_alignment(R"({"session_ns": [0], "to_ns": [0]})"));
 }
 
 TEST(Align, ACopyOfTheSessionRecordsTheAlignmentForLater) {

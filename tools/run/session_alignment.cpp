@@ -268,14 +268,12 @@ Json alignment_json(const PulseAlignment& aligned, const SessionClock& session,
 }
 
 std::optional<RecordedAlignment> parse_alignment(std::string_view text) {
-  constexpr std::int64_t kLargestTime_ns = std::int64_t{1} << 62U;
+  constexpr double kLargestTime_ns = 0x1p62;
   Json json = Json::parse(text, nullptr, false);
   const auto is_list = [&](const char* name) {
     return json.contains(name) && json[name].is_array() &&
            std::ranges::all_of(json[name], [](const Json& each) {
-             if (!each.is_number_integer()) return false;
-             const auto time_ns = each.get<std::int64_t>();
-             return time_ns > -kLargestTime_ns && time_ns < kLargestTime_ns;
+             return each.is_number_integer() && std::fabs(each.get<double>()) < kLargestTime_ns;
            });
   };
   if (!json.is_object() || !json.contains("to") || !json["to"].is_string() ||
