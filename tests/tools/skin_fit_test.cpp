@@ -108,6 +108,9 @@ TEST(SkinFit, SaysWhereThereIsNoStiffening) {
   ASSERT_TRUE(fit);
   EXPECT_FALSE(fit->stiffens);
   EXPECT_TRUE(std::isinf(fit->stiffening));
+  // At 2 mm, these stiffen by 0.7 and 2 thousandths.
+  EXPECT_FALSE(fit_skin(press_of(kPlate, 100.0, 3000.0, 0.0), kPlate, kFinger)->stiffens);
+  EXPECT_TRUE(fit_skin(press_of(kPlate, 100.0, 1000.0, 0.0), kPlate, kFinger)->stiffens);
 }
 
 // Published as 24 kPa and 1.65 mm, 15 kPa and 2.1 mm. Four samples each give standard errors of 8

@@ -197,7 +197,7 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   Solution found = solve(law, force, residuals, true);
   // Stiffening by a thousandth is within the press's rounding.
   fit.by_pressure = law.by_pressure;
-  fit.stiffens = found.b > 0.0 && law.growth(found.p, found.b).maxCoeff() > 1.001;
+  fit.stiffens = law.growth(found.p, found.b).maxCoeff() > 1.001;
   if (!fit.stiffens) found = solve(law, force, residuals, false);
   fit.modulus_kPa = std::exp(found.p);
   fit.modulus_error = std::sqrt(found.covariance(0, 0));
