@@ -92,9 +92,20 @@ TEST(Inspect, ASolvedTipHasAFieldAndAForce) {
   // Without a depth or force: all depths.
   EXPECT_GT(table(run_program({"inspect", "contact", "--scene", cone}).out).size(), 10U);
   // The table is written even where it cannot be drawn.
-  static_cast<void>(run_program({"inspect", "contact", "--scene", cone, "--depth-mm", "0.5",
-                                 "--draw", folder.path("drawn")}));
-  EXPECT_GT(table(read_file(folder.path("drawn/contact.csv"))).size(), 1000U);
+  const auto drawn = run_program(
+      {"inspect", "contact", "--scene", cone, "--depth-mm", "0.5", "--draw", folder.path("drawn")});
+  const auto pixels = table(read_file(folder.path("drawn/contact.csv")));
+  EXPECT_GT(pixels.size(), 1000U);
+  // Its pressures have the force of the press, in its middle.
+  const auto press = table(drawn.out).at(0);
+  double force_mN = 0.0;
+  double moment_mN_mm = 0.0;
+  for (const auto& pixel : pixels) {
+    force_mN += pixel[3] * press[5] * press[5];
+    moment_mN_mm += pixel[3] * press[5] * press[5] * pixel[0];
+  }
+  EXPECT_NEAR(force_mN / (1e3 * press[1]), 1.0, 0.01);
+  EXPECT_NEAR(moment_mN_mm / force_mN, 0.0, 0.01);
 }
 
 TEST(Inspect, NeuronFiresAtThePublishedRates) {

@@ -272,13 +272,22 @@ TEST(Plan, ReportsWhatIsComputedAndWhatIsSkipped) {
   EXPECT_NE(uncoupled.out.find("coupling: network.gain is 0"), std::string::npos);
 }
 
-TEST(Plan, CountsTheTicksWithoutTouch) {
+TEST(Plan, CountsTheTicksWithoutTouchAndTimesAll) {
+  const auto begin = std::chrono::steady_clock::now();
   Scene scene = scene_of(
       "preset = \"goodwin\"\n[probe]\nuri = \"sim:ramp?depth_mm=1&ramp_s=0.03&hold_s=0.02\"\n");
   const auto plan = make_plan(scene);
   ASSERT_TRUE(plan) << plan.error().sentence;
+  // Its runs are a part of what it does.
+  const double ticks = plan->rehearsed_s / units::s_from(plan->chosen.tick);
+  EXPECT_GT(plan->chosen.tick_us, 0.0);
+  EXPECT_LT(1e-6 * plan->chosen.tick_us * ticks,
+            units::s_from(std::chrono::steady_clock::now() - begin));
   // The touch lasts 80 ms.
   EXPECT_NEAR((1.0 - plan->untouched_share) * plan->rehearsed_s, 0.08, 0.002);
+  EXPECT_TRUE(std::ranges::count(plan->skipped,
+                                 fmt::format("transduction in {:.0f} % of ticks (no contact)",
+                                             100.0 * plan->untouched_share)));
 }
 
 /// What drives the contact of a plan, which must fire.

@@ -403,6 +403,10 @@ TEST(SceneFile, ReadsAShapeBesideTheScene) {
   EXPECT_EQ(shape.map->height_mm[5], 0.5);
   // The written scene finds the file from anywhere.
   EXPECT_TRUE(parse_scene(scene_text(*scene), "elsewhere.toml"));
+  std::ofstream(folder / "flat.csv") << "0,0\n0,0\n";
+  const auto other = with_overrides(*scene, {{"probe.shape", (folder / "flat.csv").string()}});
+  ASSERT_TRUE(other) << other.error().sentence;
+  EXPECT_EQ(std::get<ShapeTip>(other->model.indenters[0].tip).map->grid.columns, 2U);
   std::ofstream(folder / "step.csv") << "0,0,0.5\n0,nan,0.5\n";
   EXPECT_NE(read_scene((folder / "s.toml").string()).error().sentence.find("row 2, column 2"),
             std::string::npos);
