@@ -9,9 +9,9 @@ lasts 20 times as long as without it; a change that does not compile is not coun
 restored after every change, also after an interruption; a changed file must not have uncommitted edits. The exit code is 1 if fewer
 than 90 % are killed.
 
-Each change builds what depends on its file: use a build folder of its own with -DCMAKE_UNITY_BUILD=OFF, and --part 1/2 and 2/2 in two
-copies of the repository. Changes without an effect that a test could see are listed with their reasons in
-tests/equivalent_mutations.txt, as this program prints them, and are not made.
+Each change builds what depends on its file: use a build folder of its own, built completely, with -DCMAKE_UNITY_BUILD=OFF, and
+--part 1/2 and 2/2 in two copies of the repository. Changes without an effect that a test could see are listed with their reasons
+in tests/equivalent_mutations.txt, as this program prints them, and are not made.
 """
 import argparse
 import collections
@@ -35,6 +35,7 @@ SUITES = {
                 "^(drivers|files|devices|lsl|comedi)/"),
     "drivers/sinks/view": (["merkel", "merkel_drivers_tests"], "^(drivers/|readers/view)"),
     "realtime": (["merkel_realtime_tests", "merkel_realtime_safety_tests"], "^realtime(_safety)?/"),
+    "tools/studies/reference": (["merkel_core_tests", "merkel_tools_tests"], "^(core|tools)/"),
     "tools": (["merkel", "merkel_python", "merkel_tools_tests", "merkel_attack_tests"], "^(tools|python|readers|attack)/"),
 }
 OPERATORS = [(r" <= ", " < "), (r" < ", " <= "), (r" >= ", " > "), (r" > ", " >= "), (r" == ", " != "), (r" != ", " == "),
@@ -171,7 +172,7 @@ def main():
         built = builds(arguments.build, path)
         begin = time.monotonic()
         if not built or not passes(arguments.build, path):
-            sys.exit(f"the tests of {path} fail without a change")
+            sys.exit(f"the tests of {path} fail without a change: build all of {arguments.build} first; then ctest names the failing one")
         most_s[suites] = max(LEAST_S, SLOWER * (time.monotonic() - begin))
     counts = collections.Counter()
     try:
