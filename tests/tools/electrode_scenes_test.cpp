@@ -1,4 +1,5 @@
 // Groups of electrodes, stimulators and encoders through scenes and the program.
+#include <chrono>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "tools/scene/scene_encoder.hpp"
 #include "tools/scene/scene_file.hpp"
 #include "tools/scene/scene_keys.hpp"
+#include "tools/studies/encoders/encoder_comparison.hpp"
 
 namespace merkel {
 namespace {
@@ -221,6 +223,25 @@ watchdog_ms = 100
   EXPECT_NEAR(on_s, std::round(on_s * 100.0) / 100.0, 1e-6);  // whole updates of 10 ms
   EXPECT_NEAR(json[0]["onset_ratio"], 1.0, 0.11);             // on from the first update on
   EXPECT_EQ(json[0]["peak_total_uA"], 50.0);
+}
+
+TEST(CompareEncoders, PulsesAndTrainsChargeTheBinsOfTheirTimes) {
+  using std::chrono::microseconds;
+  constexpr auto kPulse = StimulationCommand::Kind::kPulse;
+  EncodedTouch touch{.electrodes = std::vector<Electrode>(2),
+                     .phases = std::vector<std::chrono::nanoseconds>(2, microseconds{200})};
+  for (int ms = 1; ms <= 10; ++ms) touch.ticks.push_back({.time = microseconds{1000 * ms}});
+  // 10 nC, and 6 nC twice; 800 nC/s for 5 ms. The last pulse is after the last tick.
+  touch.commands = {
+      {.time = microseconds{2500}, .amplitude_uA = 50.0, .electrode = 0, .kind = kPulse},
+      {.time = microseconds{4000}, .amplitude_uA = 40.0, .frequency_Hz = 100.0, .electrode = 1},
+      {.time = microseconds{7000}, .amplitude_uA = 30.0, .electrode = 0, .kind = kPulse},
+      {.time = microseconds{9000}, .amplitude_uA = 0.0, .frequency_Hz = 100.0, .electrode = 1},
+      {.time = microseconds{11000}, .amplitude_uA = 30.0, .electrode = 0, .kind = kPulse}};
+  const auto rate_uC_per_s = charge_rate(touch, microseconds{5000});
+  ASSERT_EQ(rate_uC_per_s.size(), 2U);
+  EXPECT_NEAR(rate_uC_per_s[0], (10.0 + 0.8) / 5.0, 1e-12);
+  EXPECT_NEAR(rate_uC_per_s[1], (6.0 + 3.2 + 6.0) / 5.0, 1e-12);
 }
 
 TEST(CompareEncoders, RefusesWithAdvice) {
