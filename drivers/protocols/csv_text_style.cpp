@@ -156,7 +156,9 @@ std::vector<CsvStyle> csv_styles(const std::vector<std::string>& lines) {
         const bool bare = field.label.empty() && field.unit.empty();
         const bool labelled =
             !field.label.empty() && part.find_first_of(":=") != std::string_view::npos;
-        if (is_label(field) && style.separator != ' ') {
+        // "nan" or nothing, of a sensor that is gone.
+        const bool without_value = bare && !field.number;
+        if (without_value || (is_label(field) && style.separator != ' ')) {
           ++fields;
           continue;
         }

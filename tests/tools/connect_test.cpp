@@ -11,6 +11,7 @@
 #include "tests/drivers/simulation/running_device.hpp"
 #include "tests/free_ports.hpp"
 #include "tests/temporary_folder.hpp"
+#include "tests/text_has.hpp"
 #include "tests/tools/program.hpp"
 #include "tests/tools/terminal.hpp"
 #include "tools/connect/array_scene.hpp"
@@ -463,6 +464,20 @@ TEST(Connect, GivesEachSensorOfAHandItsProbe) {
     const auto probes = nlohmann::json::parse(run.out)["probes"];
     EXPECT_GT(probes.size(), 1U);
     for (const auto& probe : probes) EXPECT_GT(probe["used"], 10);
+  }
+}
+
+TEST(Connect, ASensorWithoutAValueIsNamed) {
+  for (const char* const line : {"0.011,nan,0.012", "0.011,,0.012", "0.011,N/A,0.012"}) {
+    const TemporaryFolder folder;
+    const LinePrinter hand(line, 115200, {.header = "thumb_N,index_N,palm_N"});
+    const auto connected =
+        run_program({"connect", hand.name(), "--yes", "--out", folder.path("s.toml")});
+    EXPECT_EQ(connected.exit_code, 0) << connected.err << connected.out;
+    EXPECT_TRUE(has(connected.out, "measures: thumb 0.011 N index no value palm 0.012 N"))
+        << connected.out;
+    EXPECT_TRUE(has(connected.out, "values of index_N: it had none; check its sensor"))
+        << connected.out;
   }
 }
 

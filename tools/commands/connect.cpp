@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "core/parameters/parameter_error.hpp"
+#include "core/printed.hpp"
 #include "core/units.hpp"
 #include "drivers/calibration/probe_calibration.hpp"
 #include "drivers/files/input_file.hpp"
@@ -258,7 +259,7 @@ Expected<Measurement, SetupError> measure(const std::string& uri, const ConnectO
   }
   measured.counts = (*probe)->device_counts();
   for (std::size_t k = 0; k < values.size(); ++k) {
-    measured.channels[k].last = values[k].empty() ? 0.0 : values[k].back();
+    if (!values[k].empty()) measured.channels[k].last = values[k].back();
     measured.channels[k].noise = noise_at_rest(values[k]);
   }
   if (!measured.timing) return unavailable(uri + " sent too few samples to measure its rate");
@@ -280,8 +281,9 @@ void print(const Measurement& measured) {
   std::printf("measures:");
   for (const FoundChannel& channel : measured.channels) {
     const auto mark = channel.name.rfind('_');
-    std::printf(" %s %.4g %s", channel.name.substr(0, mark).c_str(), channel.last,
-                channel.name.substr(mark + 1).c_str());
+    const std::string unit = channel.name.substr(mark + 1);
+    const std::string value = channel.last ? printed("%.4g ", *channel.last) + unit : "no value";
+    std::printf(" %s %s", channel.name.substr(0, mark).c_str(), value.c_str());
   }
   if (last.has(ProbeSample::kX)) std::printf(" x %.4g mm", last.x_mm);
   if (last.has(ProbeSample::kY)) std::printf(" y %.4g mm", last.y_mm);
@@ -345,7 +347,11 @@ std::vector<std::string> missing(const Measurement& measured, const std::string&
         "force_N_per_V, and position_mm_per_V for a position");
   }
   for (const FoundChannel& channel : measured.channels) {
-    if (measured.is_array() || !channel.is_force() || channel.noise) continue;
+    if (!measured.is_array() && !channel.last) {
+      list.push_back("values of " + channel.name +
+                     ": it had none; check its sensor and its wiring, and connect again");
+    }
+    if (measured.is_array() || !channel.is_force() || channel.noise || !channel.last) continue;
     list.push_back("the key contact_N, above the noise: " + channel.name +
                    " was never within 0.1 N of 0; connect again while nothing touches it, and if "
                    "that does not help, calibrate its zero");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -56,8 +57,8 @@ struct ColumnInLines {
   std::string name;           ///< as in the option columns; empty: the unit is not stated
   std::string quantity = {};  ///< if the unit is not stated; empty: not stated either
   std::string key = {};       ///< what the rows call it; empty: nothing
-  double value = 0.0;         ///< the last one
-  bool decimals = false;      ///< one of its numbers has some
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< the last one; NaN: it had none
+  bool decimals = false;                                    ///< one of its numbers has some
 };
 
 std::vector<ColumnInLines> described(const TextColumns& text,
@@ -78,7 +79,8 @@ std::vector<ColumnInLines> described(const TextColumns& text,
     for (const CsvField& field : fields) {
       if (field.number) values.push_back(*field.number);
     }
-    ColumnInLines column{.name = "-"};
+    // A header names a sensor that has no value, too.
+    ColumnInLines column{.name = headings.empty() ? "-" : stated[i]};
     if (!values.empty()) {
       column.value = values.back();
       column.decimals = std::any_of(fields.begin(), fields.end(),

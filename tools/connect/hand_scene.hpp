@@ -9,8 +9,8 @@ namespace merkel {
 
 /// A channel of a device with several, as merkel connect found it.
 struct FoundChannel {
-  std::string name;   ///< with its unit: "thumb_N"
-  double last = 0.0;  ///< its last value, N or mm
+  std::string name;                 ///< with its unit: "thumb_N"
+  std::optional<double> last = {};  ///< its last value, N or mm; not set: it had none
   /// Standard deviation while the skin was not touched; not set: it was pressed all the time.
   std::optional<double> noise = {};
   [[nodiscard]] bool is_force() const { return name.ends_with("_N"); }
