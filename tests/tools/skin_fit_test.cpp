@@ -1,5 +1,6 @@
 #include "tools/studies/score/skin_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -238,6 +239,28 @@ TEST(FitSkinCommand, FitsTheStiffeningByPressureOfAScene) {
   EXPECT_NEAR(scene->model.skin.dermis_kPa, 8.0, 1e-3);
   EXPECT_NEAR(scene->model.skin.stiffening_kPa, 22.0, 1e-2);
   EXPECT_TRUE(std::isinf(scene->model.skin.stiffening_mm));
+}
+
+TEST(SkinFitCommand, TheSignOfTheForceIsThatOfTheScene) {
+  const TemporaryFolder folder;
+  std::string trace = "time_s,depth_mm,force_N\n";
+  for (const ForceAtDepth& each : press_of(kPin, 24.0, 1.65, 0.0)) {
+    trace += fmt::format("{},{:.4f},{:.6f}\n", std::count(trace.begin(), trace.end(), '\n'),
+                         each.depth_mm, -1e-3 * each.force_mN);
+  }
+  const std::string press = folder.file("press.csv", trace);
+  const auto fit = [&](const std::string& scene) {
+    return run_program({"fit", "skin", scene, "--trace", press, "--diameter-mm", "6.35", "--out",
+                        folder.path("skin.toml"), "--overwrite"});
+  };
+  const auto refused = fit("finger");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("[probe] invert_force of the scene"), std::string::npos)
+      << refused.err;
+  const auto advised =
+      fit(folder.file("s.toml", "preset = \"finger\"\n[probe]\ninvert_force = true\n"));
+  EXPECT_EQ(advised.exit_code, 0) << advised.err;
+  EXPECT_NE(advised.out.find("R² = 1.0000"), std::string::npos) << advised.out;
 }
 
 }  // namespace

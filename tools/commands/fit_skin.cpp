@@ -107,7 +107,8 @@ int fit_skin_command(const FitSkinCommand& command) {
                       ? "the tip's " + error.key.substr(6) + " " + error.reason
                       : scene->sentence(error));
   }
-  const auto press = read_force_depth(command.trace);
+  const auto press =
+      read_force_depth(command.trace, scene->probes.front().input.contact.invert_force);
   if (!press) return refuse(press.error());
   const auto fit = fit_skin(*press, tip, scene->model.skin);
   if (!fit) return refuse(command.trace + ": " + fit.error().sentence);

@@ -191,7 +191,9 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
                           : std::numbers::pi * state.contact_radius_mm * state.contact_radius_mm;
   }
   if (!(force.dot(law.shape_mm2) > 0.0)) {
-    return bad_input("the force does not increase with the depth: check its sign and its tare");
+    return bad_input(
+        "the force does not increase with the depth: check its tare, and its sign ([probe] "
+        "invert_force of the scene)");
   }
   const Residuals residuals(floor_of(press, force.maxCoeff()));
   Solution found = solve(law, force, residuals, true);
@@ -225,7 +227,8 @@ Expected<SkinFit, SetupError> fit_skin(const std::vector<ForceAtDepth>& press, c
   return fit;
 }
 
-Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(const std::string& path) {
+Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(const std::string& path,
+                                                                 bool invert_force) {
   auto reader = TraceReader::open(path);
   if (!reader) return Unexpected<SetupError>(reader.error());
   for (const auto& [channel, name] :
@@ -242,7 +245,8 @@ Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(const std::stri
     if (!count) return Unexpected<SetupError>(count.error());
     if (*count == 0) return press;
     for (std::size_t i = 0; i < *count; ++i) {
-      press.push_back({.depth_mm = samples[i].depth_mm, .force_mN = samples[i].force_mN});
+      press.push_back({.depth_mm = samples[i].depth_mm,
+                       .force_mN = (invert_force ? -1.0 : 1.0) * samples[i].force_mN});
     }
   }
 }

@@ -55,7 +55,8 @@ struct SkinFit {
                                                      const SkinParameters& skin);
 
 /// Reads depth and force from a trace. Fails if one of them is missing.
+/// \param invert_force  compression is negative in the trace
 [[nodiscard]] Expected<std::vector<ForceAtDepth>, SetupError> read_force_depth(
-    const std::string& path);
+    const std::string& path, bool invert_force);
 
 }  // namespace merkel
