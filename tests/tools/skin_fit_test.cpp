@@ -241,6 +241,14 @@ TEST(FitSkinCommand, FitsTheStiffeningByPressureOfAScene) {
   EXPECT_TRUE(std::isinf(scene->model.skin.stiffening_mm));
 }
 
+TEST(SkinFitCommand, APressWithoutHysteresisLosesNoNegativeWork) {
+  const TemporaryFolder folder;
+  const auto run = run_program({"fit", "skin", "--trace", "tests/traces/taps.csv", "--radius-mm",
+                                "2", "--out", folder.path("skin.toml")});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.out.find("unloading loses 0 % of the work"), std::string::npos) << run.out;
+}
+
 TEST(SkinFitCommand, TheSignOfTheForceIsThatOfTheScene) {
   const TemporaryFolder folder;
   std::string trace = "time_s,depth_mm,force_N\n";

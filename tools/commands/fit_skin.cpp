@@ -62,7 +62,7 @@ std::string report_of(const SkinFit& fit) {
               ? fmt::format(
                     "hysteresis: unloading loses {:.0f} % of the work of loading; the model is "
                     "elastic and loses none\n",
-                    100.0 * fit.hysteresis)
+                    std::round(100.0 * fit.hysteresis) + 0.0)  // no "-0"
               : "hysteresis: not measured, because the recording has no unloading phase\n";
   text += "depth_mm,force_N,model_N\n";
   const std::size_t stride = std::max<std::size_t>(1, fit.samples / 12);
