@@ -25,6 +25,7 @@ constexpr milliseconds kMaxBackoff{400};
 constexpr milliseconds kUnknownPeriod{1000};
 constexpr std::size_t kHeardBytes = 8192;
 constexpr std::uint64_t kAgeReadings = 10'000;  ///< window of their mean age
+constexpr milliseconds kReaderPause{100};       ///< a longer pause of its thread is the host's
 
 }  // namespace
 
@@ -237,11 +238,14 @@ bool DeviceProbe::send() {
 
 bool DeviceProbe::exchange(Time until) {
   const Time started = now();
+  if (started - last_exchange_ > kReaderPause) held_up_until_ = started;
   const auto wake = protocol_->poll(started, stream_);
   if (!send()) return false;
   const Time end = wake ? std::min(until, *wake) : until;
   const auto count = transport_->read(buffer_, std::max(end - now(), Time{0}));
   const Time arrival = now();
+  if (arrival - std::max(started, end) > kReaderPause) held_up_until_ = arrival;
+  last_exchange_ = arrival;
   follow_restarts(arrival);
   if (!count) return false;
   if (*count > 0) {
@@ -553,8 +557,10 @@ void DeviceProbe::deliver(const DeviceReading& reading, Time time) {
   if (outside) ++counts_.outside_calibration;
   if (first_reading_.count() == 0) first_reading_ = reading.arrival;
   ++counts_.readings;
-  counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /
-                    static_cast<double>(std::min(counts_.readings, kAgeReadings));
+  if (time >= held_up_until_) {
+    counts_.age_ms += (units::ms_from(reading.arrival - time) - counts_.age_ms) /
+                      static_cast<double>(std::min(counts_.readings, kAgeReadings));
+  }
   if (reading.arrival > first_reading_) {
     counts_.rate_Hz =
         static_cast<double>(counts_.readings - 1) / units::s_from(reading.arrival - first_reading_);

@@ -129,6 +129,8 @@ class DeviceProbe final : public Probe {
   Time lost_since_{0};
   Time try_again_{0};
   Time backoff_{0};
+  Time last_exchange_{0};
+  Time held_up_until_{0};  ///< what was measured before has waited for this host
   Time last_time_{0};
   std::uint32_t sequence_ = 0;
   Time first_reading_{0};

@@ -208,6 +208,27 @@ TEST(DeviceHour, EveryLostSampleIsCountedTimesDoNotDriftAndMemoryIsFlat) {
   EXPECT_LT(static_cast<double>(::mallinfo2().uordblks), static_cast<double>(memory) + 65536.0);
 }
 
+TEST(DeviceHour, SamplesThatWaitedForAStoppedHostAreNoBursts) {
+  VirtualClock clock;
+  auto owned = std::make_unique<FaultyCable>(clock);
+  owned->faults = false;
+  const auto uri = Uri::parse("serial:virtual");
+  UriOptions none(*uri);
+  auto opened = DeviceProbe::open(std::move(owned), *(*find_protocol("hbf1"))->make(none),
+                                  {.uri = "serial:virtual", .protocol = "hbf1", .clock = &clock});
+  ASSERT_TRUE(opened.has_value()) << opened.error().sentence;
+  std::vector<ProbeSample> samples(256);
+  const auto read_until = [&](nanoseconds end) {
+    while (clock.time < end) ASSERT_TRUE((*opened)->read(samples, milliseconds{100}));
+  };
+  read_until(kStart + seconds{4});
+  clock.time += seconds{3};
+  read_until(kStart + seconds{9});
+  const DeviceCounts counts = *(*opened)->device_counts();
+  EXPECT_GT(counts.readings, 8000U);
+  EXPECT_LT(counts.age_ms, units::ms_from(kBatch));
+}
+
 TEST(DeviceHour, EdgesThatADeviceReportsWithItsOwnTimeAreOnTheHostsClock) {
   constexpr std::uint32_t kSeed = 7;
   VirtualClock clock;
