@@ -1,3 +1,6 @@
+#include <functional>
+#include <thread>
+
 #include <gtest/gtest.h>
 
 #include "tests/devices/umockdev/listening.hpp"
@@ -118,10 +121,14 @@ TEST(MockedHid, HidrawIsFoundAgainByItsSerialNumber) {
   device.reset();
   const MockHidDevice other(machine, "hidraw0", "1-3", "OTHER", kDescriptor);
   const MockHidDevice same(machine, "hidraw1", "1-4", "HID77", kDescriptor);
-  EXPECT_TRUE(is_told(*probe, "is back"));
-  other.send({1, 1, 1, 1});
-  same.send(reports.next());
+  const Bytes report = reports.next();
+  const std::function<void()> send = [&] {
+    other.send({1, 1, 1, 1});
+    same.send(report);
+  };
+  const std::jthread sender = sending(send);
   EXPECT_TRUE(gives(*probe, reports.force_mN()));
+  EXPECT_TRUE(is_told(*probe, "is back"));
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }
 
@@ -142,9 +149,11 @@ TEST(MockedHid, TheLibusbBackendReadsReportsAndSeesTheUnplug) {
   device.unplug();
   EXPECT_TRUE(is_told(*probe, "is disconnected"));
   MockUsbDevice same(machine, "1-4", 9, "SN42", kDescriptor);
-  EXPECT_TRUE(is_told(*probe, "is back"));
-  same.send(MockUsbDevice::kHidIn, text_of(reports.next()));
+  const std::string report = text_of(reports.next());
+  const std::function<void()> send = [&] { same.send(MockUsbDevice::kHidIn, report); };
+  const std::jthread sender = sending(send);
   EXPECT_TRUE(gives(*probe, reports.force_mN()));
+  EXPECT_TRUE(is_told(*probe, "is back"));
 }
 
 TEST(MockedHid, TheLibusbBackendNamesThePermissionThatItLacks) {

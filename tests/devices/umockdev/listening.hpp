@@ -19,15 +19,20 @@ namespace merkel {
 /// Retries while waiting for an event; large, for busy machines.
 inline constexpr int kPatience = 1000;
 
-/// Opens a probe and calls `send` meanwhile, because the device is silent by itself.
-inline std::unique_ptr<Probe> open_while(const std::string& uri,
-                                         const std::function<void()>& send) {
-  std::jthread sender([&](const std::stop_token& stop) {
+/// Sends every 5 ms until it is told to stop. \param send  borrowed
+inline std::jthread sending(const std::function<void()>& send) {
+  return std::jthread([&send](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
       send();
       std::this_thread::sleep_for(std::chrono::milliseconds{5});
     }
   });
+}
+
+/// Opens a probe and calls `send` meanwhile, because the device is silent by itself.
+inline std::unique_ptr<Probe> open_while(const std::string& uri,
+                                         const std::function<void()>& send) {
+  std::jthread sender = sending(send);
   auto probe = open_probe(uri);
   sender.request_stop();
   sender.join();

@@ -1,4 +1,6 @@
 #include <array>
+#include <functional>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -118,8 +120,9 @@ TEST(MockedUsb, AProtocolErrorEndsTheConnectionAndItIsOpenedAgain) {
   ASSERT_NE(probe, nullptr);
   device.fail(MockUsbDevice::kBulkIn, MockUsbDevice::kProtocolError);
   EXPECT_TRUE(is_told(*probe, "is disconnected"));
+  const std::function<void()> send = [&] { device.send(MockUsbDevice::kBulkIn, "0.25\n"); };
+  const std::jthread sender = sending(send);
   EXPECT_TRUE(is_told(*probe, "is back"));
-  device.send(MockUsbDevice::kBulkIn, "0.5\n0.25\n");
   EXPECT_TRUE(gives(*probe, 250.0));
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }
@@ -134,9 +137,12 @@ TEST(MockedUsb, UnpluggedItIsFoundAgainByItsSerialNumberAtAnotherPort) {
   EXPECT_TRUE(is_told(*probe, "is disconnected"));
   MockUsbDevice other(machine, "1-3", 9, "OTHER");
   MockUsbDevice same(machine, "1-4", 10, "SN42");
+  const std::function<void()> send = [&] {
+    other.send(MockUsbDevice::kBulkIn, "0.125\n");
+    same.send(MockUsbDevice::kBulkIn, "0.25\n");
+  };
+  const std::jthread sender = sending(send);
   EXPECT_TRUE(is_told(*probe, "is back"));
-  other.send(MockUsbDevice::kBulkIn, "0.125\n0.125\n");
-  same.send(MockUsbDevice::kBulkIn, "0.5\n0.25\n");
   EXPECT_TRUE(gives(*probe, 250.0));
   EXPECT_EQ(probe->device_counts()->outages, 1U);
 }
