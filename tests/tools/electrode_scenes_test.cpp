@@ -238,10 +238,10 @@ TEST(CompareEncoders, PulsesAndTrainsChargeTheBinsOfTheirTimes) {
       {.time = microseconds{7000}, .amplitude_uA = 30.0, .electrode = 0, .kind = kPulse},
       {.time = microseconds{9000}, .amplitude_uA = 0.0, .frequency_Hz = 100.0, .electrode = 1},
       {.time = microseconds{11000}, .amplitude_uA = 30.0, .electrode = 0, .kind = kPulse}};
-  const auto rate_uC_per_s = charge_rate(touch, microseconds{5000});
-  ASSERT_EQ(rate_uC_per_s.size(), 2U);
-  EXPECT_NEAR(rate_uC_per_s[0], (10.0 + 0.8) / 5.0, 1e-12);
-  EXPECT_NEAR(rate_uC_per_s[1], (6.0 + 3.2 + 6.0) / 5.0, 1e-12);
+  const auto charge_rate_uA = charge_rate(touch, microseconds{5000});
+  ASSERT_EQ(charge_rate_uA.size(), 2U);
+  EXPECT_NEAR(charge_rate_uA[0], (10.0 + 0.8) / 5.0, 1e-12);
+  EXPECT_NEAR(charge_rate_uA[1], (6.0 + 3.2 + 6.0) / 5.0, 1e-12);
 }
 
 TEST(CompareEncoders, RefusesWithAdvice) {

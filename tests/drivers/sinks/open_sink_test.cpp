@@ -53,7 +53,7 @@ TEST(OpenSink, TheHelpNamesEveryOption) {
     const std::string known = "the known ones are: ";
     const auto place = sentence.find(known);
     if (place == std::string::npos) continue;  // the sink was not built, or needs electrodes
-    const auto names = [](std::string text) {
+    const auto names = [](const std::string& text) {
       const std::string bare = std::regex_replace(text, std::regex(" [(][^)]*[)]"), "");
       const std::regex name("[a-z_]+");
       return std::set<std::string>(std::sregex_token_iterator(bare.begin(), bare.end(), name), {});
