@@ -11,7 +11,8 @@ namespace merkel {
 /// a fourth one ends the program at once. One object at a time.
 class StopSignal {
  public:
-  /// Ends nothing before it reaches a pipeline. Made before the sinks, whose files must be finished.
+  /// Ends nothing before it reaches a pipeline. Made before the sinks, whose files must be
+  /// finished.
   StopSignal();
   explicit StopSignal(Pipeline& pipeline);
   /// Sets a flag instead; borrowed.
